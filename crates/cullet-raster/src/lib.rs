@@ -1,0 +1,5 @@
+//! Which pixels? Clipping, fixed-point set-up, coverage and depth.
+
+mod fragment;
+
+pub use fragment::Fragment;
