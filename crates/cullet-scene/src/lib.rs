@@ -4,5 +4,14 @@
 //! nothing after it can.
 
 mod data;
+mod error;
+mod files;
+mod gltf;
+mod load;
+mod obj;
+mod options;
 
 pub use data::*;
+pub use error::{ErrorKind, LoadError};
+pub use load::{load, load_glb_bytes};
+pub use options::LoadOptions;
