@@ -1,0 +1,234 @@
+//! Set-up: from clip-space corners to triangles ready to be covered.
+//!
+//! Per triangle: drop what is not finite or lies outside one plane with all corners, clip what
+//! must be, divide, snap, decide facing by the snapped area. All later work on coverage is exact.
+
+use cullet_transform::{ClipPoint, PlaneMask, Viewport};
+
+use crate::clip::{GuardBand, Polygon};
+use crate::fixed::{Fixed, snap};
+
+/// Which side of a triangle is drawn, as seen on the screen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Facing {
+    /// Both.
+    Both,
+    /// Counter-clockwise triangles only (y up): the usual front faces.
+    CounterClockwise,
+    /// Clockwise triangles only: the front faces of a mirrored object.
+    Clockwise,
+}
+
+/// The triangles of one object, in clip space.
+#[derive(Clone, Copy, Debug)]
+pub struct Triangles<'a> {
+    /// Corners.
+    pub points: &'a [ClipPoint],
+    /// Indices into `points`.
+    pub triangles: &'a [[u32; 3]],
+    /// Id of the first triangle; the others follow.
+    pub first_id: u32,
+    /// The planes that may cut the object. Planes not in the mask are not tested at all.
+    pub planes: PlaneMask,
+    /// Which side is drawn.
+    pub facing: Facing,
+}
+
+/// A triangle (or a piece of a clipped one) on the screen, corners turned so that its doubled
+/// area is positive: clockwise as seen.
+#[derive(Clone, Copy, Debug)]
+pub struct ScreenTriangle {
+    /// Snapped corners.
+    pub corners: [Fixed; 3],
+    /// Reversed depth of the corners, in `0..=1`.
+    pub depth: [f64; 3],
+    /// Id of the source triangle.
+    pub id: u32,
+}
+
+/// What became of the triangles given to [`set_up`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SetupCounters {
+    /// Triangles given.
+    pub n_in: u64,
+    /// Dropped: a corner is NaN or infinite.
+    pub n_not_finite: u64,
+    /// Dropped: all corners outside one plane, or nothing left after clipping.
+    pub n_outside: u64,
+    /// Dropped: no area after snapping.
+    pub n_zero_area: u64,
+    /// Dropped: facing away.
+    pub n_facing_away: u64,
+    /// Drawn, after clipping.
+    pub n_clipped: u64,
+    /// Drawn, clipped or not.
+    pub n_drawn: u64,
+}
+
+impl core::ops::AddAssign for SetupCounters {
+    fn add_assign(&mut self, other: Self) {
+        self.n_in += other.n_in;
+        self.n_not_finite += other.n_not_finite;
+        self.n_outside += other.n_outside;
+        self.n_zero_area += other.n_zero_area;
+        self.n_facing_away += other.n_facing_away;
+        self.n_clipped += other.n_clipped;
+        self.n_drawn += other.n_drawn;
+    }
+}
+
+/// Appends the set-up triangles of `input` to `out`, in order. `BITS` is the number of subpixel
+/// bits, 1..=16; 8 is the default everywhere.
+pub fn set_up<const BITS: u32>(
+    viewport: Viewport,
+    input: &Triangles<'_>,
+    out: &mut Vec<ScreenTriangle>,
+) -> SetupCounters {
+    let guard = GuardBand::new(viewport, BITS);
+    let mut counters = SetupCounters { n_in: input.triangles.len() as u64, ..Default::default() };
+    for (id, triangle) in (input.first_id..).zip(input.triangles) {
+        let corners = triangle.map(|i| input.points[i as usize]);
+        if !corners.iter().all(ClipPoint::is_finite) {
+            counters.n_not_finite += 1;
+            continue;
+        }
+        let mut cuts = PlaneMask::NONE;
+        if !input.planes.is_empty() {
+            let [a, b, c] = corners.map(|p| p.outcode().and(input.planes));
+            if !a.and(b).and(c).is_empty() {
+                counters.n_outside += 1;
+                continue;
+            }
+            for corner in &corners {
+                cuts = cuts.or(guard.cuts(corner, input.planes));
+            }
+        }
+        let outcome = if cuts.is_empty() {
+            finish::<BITS>(viewport, &corners, input.facing, id, out)
+        } else {
+            let polygon = guard.clip(Polygon::triangle(&corners), cuts);
+            finish::<BITS>(viewport, polygon.corners(), input.facing, id, out)
+        };
+        match outcome {
+            Outcome::Drawn => {
+                counters.n_drawn += 1;
+                counters.n_clipped += u64::from(!cuts.is_empty());
+            }
+            Outcome::Outside => counters.n_outside += 1,
+            Outcome::ZeroArea => counters.n_zero_area += 1,
+            Outcome::FacingAway => counters.n_facing_away += 1,
+        }
+    }
+    counters
+}
+
+enum Outcome {
+    Drawn,
+    Outside,
+    ZeroArea,
+    FacingAway,
+}
+
+/// Snaps a convex polygon, decides its facing as a whole, and fans it into triangles.
+fn finish<const BITS: u32>(
+    viewport: Viewport,
+    polygon: &[ClipPoint],
+    facing: Facing,
+    id: u32,
+    out: &mut Vec<ScreenTriangle>,
+) -> Outcome {
+    if polygon.len() < 3 {
+        return Outcome::Outside;
+    }
+    let mut corners = [Fixed { x: 0, y: 0 }; 9];
+    for (corner, point) in corners.iter_mut().zip(polygon) {
+        *corner = snap::<BITS>(viewport, point);
+    }
+    let corners = &corners[..polygon.len()];
+    let pieces = || (2..corners.len()).map(|i| [0, i - 1, i]);
+    let area = |piece: [usize; 3]| doubled_area(piece.map(|i| corners[i]));
+    let total: i128 = pieces().map(|piece| i128::from(area(piece))).sum();
+    let turned = match (total.signum(), facing) {
+        (0, _) => return Outcome::ZeroArea,
+        (1, Facing::CounterClockwise) | (-1, Facing::Clockwise) => return Outcome::FacingAway,
+        (sign, _) => sign < 0,
+    };
+    for piece in pieces() {
+        // A piece that snapping has turned over is thinner than the grid: its samples belong to
+        // its neighbours.
+        let piece_area = area(piece);
+        if piece_area == 0 || (piece_area < 0) != turned {
+            continue;
+        }
+        let [a, b, c] = piece;
+        let piece = if turned { [a, c, b] } else { piece };
+        out.push(ScreenTriangle {
+            corners: piece.map(|i| corners[i]),
+            // Division may round a clipped depth past the end.
+            depth: piece.map(|i| polygon[i].ndc().depth.clamp(0.0, 1.0)),
+            id,
+        });
+    }
+    Outcome::Drawn
+}
+
+/// Twice the signed area in squared subpixel units; positive is clockwise as seen (y down).
+pub(crate) fn doubled_area([a, b, c]: [Fixed; 3]) -> i64 {
+    (b.x - a.x) * (c.y - a.y) - (c.x - a.x) * (b.y - a.y)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SQUARE: [[f64; 2]; 4] = [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]];
+
+    fn run(points: &[ClipPoint], triangles: &[[u32; 3]], facing: Facing) -> SetupCounters {
+        let input = Triangles { points, triangles, first_id: 7, planes: PlaneMask::ALL, facing };
+        let mut out = Vec::new();
+        let counters = set_up::<8>(Viewport::new(64, 64).unwrap(), &input, &mut out);
+        assert!(out.iter().all(|t| doubled_area(t.corners) > 0 && t.id >= 7));
+        counters
+    }
+
+    fn square() -> Vec<ClipPoint> {
+        SQUARE.map(|[x, y]| ClipPoint { x, y, z: 0.5, w: 1.0 }).to_vec()
+    }
+
+    #[test]
+    fn facing_is_seen_from_the_screen() {
+        let (ccw, cw) = ([[0, 1, 2]], [[0, 2, 1]]);
+        assert_eq!(run(&square(), &ccw, Facing::CounterClockwise).n_drawn, 1);
+        assert_eq!(run(&square(), &ccw, Facing::Clockwise).n_facing_away, 1);
+        assert_eq!(run(&square(), &cw, Facing::CounterClockwise).n_facing_away, 1);
+        assert_eq!(run(&square(), &cw, Facing::Clockwise).n_drawn, 1);
+        assert_eq!(run(&square(), &cw, Facing::Both).n_drawn, 1);
+    }
+
+    #[test]
+    fn what_cannot_be_drawn_is_counted() {
+        let mut points = square();
+        points.push(ClipPoint { x: f64::NAN, y: 0.0, z: 0.5, w: 1.0 });
+        points.push(ClipPoint { x: 0.0, y: 0.0, z: f64::INFINITY, w: 1.0 });
+        points.extend([2.0, 3.0, 4.0].map(|x| ClipPoint { x, y: x * x, z: 0.5, w: 1.0 }));
+        let triangles = [[0, 1, 4], [0, 1, 5], [0, 1, 1], [6, 7, 8], [0, 1, 2]];
+        let counters = run(&points, &triangles, Facing::Both);
+        let expected = SetupCounters {
+            n_in: 5,
+            n_not_finite: 2,
+            n_outside: 1,
+            n_zero_area: 1,
+            n_drawn: 1,
+            ..Default::default()
+        };
+        assert_eq!(counters, expected);
+    }
+
+    #[test]
+    fn a_triangle_through_the_eye_is_clipped_and_drawn() {
+        let points = [(-1.0, -0.5, 2.0), (1.0, -0.5, 2.0), (0.0, -0.5, -3.0)]
+            .map(|(x, y, w)| ClipPoint { x, y, z: 0.1, w });
+        let counters = run(&points, &[[0, 1, 2]], Facing::Both);
+        assert_eq!((counters.n_clipped, counters.n_drawn), (1, 1));
+    }
+}
