@@ -1,0 +1,380 @@
+//! Shading kernels: one function per set of needs, written once.
+//!
+//! A kernel shades a run of pixels of one triangle. `shade` is the only text; its needs
+//! are a const parameter, so the compiler drops every branch and fetch that a set does not
+//! ask for. Corner attributes are gathered, and texture coordinates transformed, once per
+//! run. Passes and alpha tests use the same gathering, so they agree bit for bit.
+//!
+//! Colours are linear RGBA, alpha straight.
+
+use cullet_raster::Fragment;
+use glam::{Vec2, Vec3, Vec4};
+
+use crate::light::Light;
+use crate::needs::{Needs, Shading};
+use crate::sampler::{Filter, sample, sample_alpha};
+use crate::select::max;
+use crate::surface::{Surface, corner_uvs, flat_normal, gather, interpolate, outward_normal};
+use crate::texture::Texture;
+
+/// Shades the pixels of one triangle that `fragments` name, in order, into `out`, which is
+/// as long: linear RGB, and alpha 1 in every alpha mode until blending arrives.
+///
+/// `corners` index the mesh's vertex lists; `front` says which side is seen.
+pub type Kernel = fn(
+    surface: &Surface<'_>,
+    corners: [u32; 3],
+    front: bool,
+    light: &Light,
+    filter: Filter,
+    fragments: &[Fragment],
+    out: &mut [Vec4],
+);
+
+/// The kernel that reads what `needs` names and nothing else.
+pub fn kernel_for(needs: Needs) -> Kernel {
+    macro_rules! kernels {
+        ($($needs:literal)*) => { [$(shade::<$needs>),*] };
+    }
+    // Every set without the mask, which is the last bit.
+    const KERNELS: [Kernel; Needs::MASK.0 as usize] = kernels!(
+        0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15
+        16 17 18 19 20 21 22 23 24 25 26 27 28 29 30 31
+    );
+    KERNELS[usize::from(needs.0 % Needs::MASK.0)]
+}
+
+/// The colour that light multiplies, with its alpha: factor, texture and vertex colour.
+/// The factor and vertex colours are as the file has them, so they may exceed 1.
+pub fn base_color(
+    surface: &Surface<'_>,
+    corners: [u32; 3],
+    fragment: &Fragment,
+    filter: Filter,
+) -> Vec4 {
+    let needs = Needs::of(surface.mesh, surface.material, Shading::Unlit);
+    BaseColor::gather(needs, surface, corners).at(fragment, filter)
+}
+
+/// The alpha of [`base_color`], bit for bit, without its colour.
+pub fn alpha(surface: &Surface<'_>, corners: [u32; 3], fragment: &Fragment, filter: Filter) -> f32 {
+    let needs = Needs::of(surface.mesh, surface.material, Shading::Unlit);
+    BaseColor::gather(needs, surface, corners).alpha_at(fragment, filter)
+}
+
+fn shade<const NEEDS: u8>(
+    surface: &Surface<'_>,
+    corners: [u32; 3],
+    front: bool,
+    light: &Light,
+    filter: Filter,
+    fragments: &[Fragment],
+    out: &mut [Vec4],
+) {
+    debug_assert_eq!(fragments.len(), out.len(), "one colour per fragment");
+    let needs = Needs(NEEDS);
+    let base_color = BaseColor::gather(needs, surface, corners);
+    let lit = needs.contains(Needs::LIT).then(|| Lit::gather(needs, surface, corners, front));
+    for (fragment, out) in fragments.iter().zip(out) {
+        let mut color = base_color.at(fragment, filter);
+        if let Some(lit) = &lit {
+            color *= lit.at(fragment, light);
+        }
+        *out = color.truncate().extend(1.0);
+    }
+}
+
+/// What the base colour of one triangle is made of.
+struct BaseColor<'a> {
+    factor: Vec4,
+    texture: Option<(&'a Texture, [Vec2; 3])>,
+    colors: Option<[Vec4; 3]>,
+}
+
+impl<'a> BaseColor<'a> {
+    #[inline(always)]
+    fn gather(needs: Needs, surface: &Surface<'a>, corners: [u32; 3]) -> Self {
+        let texture = if needs.contains(Needs::TEXTURE) {
+            surface.texture.map(|texture| (texture, texture_uvs(needs, surface, corners)))
+        } else {
+            None
+        };
+        let colors = if needs.contains(Needs::VERTEX_COLOR) {
+            surface.mesh.colors.as_deref().map(|colors| gather(colors, corners))
+        } else {
+            None
+        };
+        BaseColor { factor: surface.material.base_color, texture, colors }
+    }
+
+    #[inline(always)]
+    fn at(&self, fragment: &Fragment, filter: Filter) -> Vec4 {
+        let mut color = self.factor;
+        if let Some((texture, uvs)) = self.texture {
+            let [uv, duvdx, duvdy] = footprint(uvs, fragment);
+            color *= sample(texture, uv, duvdx, duvdy, filter);
+        }
+        if let Some(colors) = self.colors {
+            color *= interpolate(colors, fragment.weights);
+        }
+        color
+    }
+
+    fn alpha_at(&self, fragment: &Fragment, filter: Filter) -> f32 {
+        let mut alpha = self.factor.w;
+        if let Some((texture, uvs)) = self.texture {
+            let [uv, duvdx, duvdy] = footprint(uvs, fragment);
+            alpha *= sample_alpha(texture, uv, duvdx, duvdy, filter);
+        }
+        if let Some(colors) = self.colors {
+            alpha *= interpolate(colors.map(|color| color.w), fragment.weights);
+        }
+        alpha
+    }
+}
+
+/// Corner coordinates of the base colour texture. Transforming an affine function at the
+/// corners transforms it everywhere.
+#[inline(always)]
+fn texture_uvs(needs: Needs, surface: &Surface<'_>, corners: [u32; 3]) -> [Vec2; 3] {
+    let Some(texture) = &surface.material.base_color_texture else { return [Vec2::ZERO; 3] };
+    let uvs = corner_uvs(surface, corners, texture.uv_set);
+    match texture.transform {
+        Some(t) if needs.contains(Needs::UV_TRANSFORM) => {
+            uvs.map(|uv| t.matrix2.x_axis * uv.x + t.matrix2.y_axis * uv.y + t.translation)
+        }
+        _ => uvs,
+    }
+}
+
+/// The place in the texture and its change per pixel along the screen axes.
+#[inline(always)]
+fn footprint(uvs: [Vec2; 3], fragment: &Fragment) -> [Vec2; 3] {
+    [fragment.weights, fragment.ddx, fragment.ddy].map(|weights| interpolate(uvs, weights))
+}
+
+/// What the light on one triangle depends on.
+struct Lit<'a, 'b> {
+    surface: &'b Surface<'a>,
+    corners: [u32; 3],
+    front: bool,
+    normals: Normals,
+}
+
+enum Normals {
+    Smooth([Vec3; 3]),
+    Flat(Vec3),
+}
+
+impl<'a, 'b> Lit<'a, 'b> {
+    #[inline(always)]
+    fn gather(needs: Needs, surface: &'b Surface<'a>, corners: [u32; 3], front: bool) -> Self {
+        let normals = match surface.mesh.normals.as_deref() {
+            Some(normals) if needs.contains(Needs::SMOOTH_NORMAL) => {
+                Normals::Smooth(gather(normals, corners))
+            }
+            _ => Normals::Flat(flat_normal(surface, corners)),
+        };
+        Lit { surface, corners, front, normals }
+    }
+
+    /// Ambient, and the rest by the cosine between normal and light; alpha 1.
+    #[inline(always)]
+    fn at(&self, fragment: &Fragment, light: &Light) -> Vec4 {
+        let outward = match self.normals {
+            Normals::Smooth(normals) => {
+                outward_normal(self.surface, self.corners, Some(normals), fragment)
+            }
+            Normals::Flat(normal) => normal,
+        };
+        let normal = if self.front { outward } else { -outward };
+        let cosine = max(normal.dot(light.direction()), 0.0);
+        let ambient = light.ambient();
+        Vec3::splat(ambient + (1.0 - ambient) * cosine).extend(1.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use cullet_scene::{AlphaMode, Material, Mesh, Sampler, TextureRef, Wrap};
+    use glam::{Affine2, DAffine3, DMat3, DVec3};
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::reference;
+    use crate::testing::{Random, noise, plain};
+
+    const CORNERS: [u32; 3] = [0, 1, 2];
+
+    fn fragment(random: &mut Random) -> Fragment {
+        let weights = Vec3::new(random.unit(), random.unit(), random.unit()) + 1e-3;
+        let weights = weights / (weights.x + weights.y + weights.z);
+        let mut derivative = || {
+            let (b, c) = (random.within(-0.2, 0.2), random.within(-0.2, 0.2));
+            Vec3::new(-b - c, b, c)
+        };
+        Fragment { weights, ddx: derivative(), ddy: derivative() }
+    }
+
+    fn list<T>(random: &mut Random, value: impl Fn(&mut Random) -> T) -> Vec<T> {
+        (0..3).map(|_| value(random)).collect()
+    }
+
+    fn vec3(random: &mut Random, low: f32, high: f32) -> Vec3 {
+        Vec3::new(random.within(low, high), random.within(low, high), random.within(low, high))
+    }
+
+    fn vec4(random: &mut Random) -> Vec4 {
+        vec3(random, 0.0, 1.0).extend(random.unit())
+    }
+
+    /// A triangle that needs exactly `needs`.
+    fn triangle(needs: Needs, random: &mut Random) -> (Mesh, Material) {
+        let uv = |random: &mut Random| Vec2::new(random.within(-1.0, 1.0), random.unit());
+        let mut mesh = Mesh {
+            positions: list(random, |random| vec3(random, -1.0, 1.0)),
+            normals: Some(list(random, |random| vec3(random, -1.0, 1.0) + Vec3::Y * 1.5)),
+            uvs: [Some(list(random, uv)), Some(list(random, uv))],
+            colors: Some(list(random, vec4)),
+            ..Mesh::default()
+        };
+        let mut material = Material {
+            base_color: vec4(random),
+            base_color_texture: Some(TextureRef {
+                texture: 0,
+                uv_set: usize::from(random.unit() < 0.5),
+                transform: Some(Affine2::from_cols_array(&std::array::from_fn(|_| {
+                    random.within(-1.0, 1.0)
+                }))),
+            }),
+            unlit: !needs.contains(Needs::LIT),
+            ..Material::default()
+        };
+        if !needs.contains(Needs::SMOOTH_NORMAL) {
+            mesh.normals = None;
+        }
+        if !needs.contains(Needs::VERTEX_COLOR) {
+            mesh.colors = None;
+        }
+        if !needs.contains(Needs::UV_TRANSFORM) {
+            material.base_color_texture.as_mut().unwrap().transform = None;
+        }
+        if !needs.contains(Needs::TEXTURE) {
+            material.base_color_texture = None;
+        }
+        if needs.contains(Needs::MASK) {
+            material.alpha = AlphaMode::Mask { cutoff: 0.5 };
+        }
+        (mesh, material)
+    }
+
+    fn transform(random: &mut Random) -> DAffine3 {
+        let mut axis = || vec3(random, -1.0, 1.0).as_dvec3();
+        let matrix = DMat3::from_cols(axis(), axis(), axis()) + DMat3::IDENTITY;
+        DAffine3::from_mat3_translation(matrix, DVec3::splat(7.0))
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 300, ..ProptestConfig::default() })]
+
+        #[test]
+        fn every_kernel_agrees_with_the_reference(seed: u64) {
+            let random = &mut Random::new(seed);
+            let sampler = Sampler { wrap_u: Wrap::Mirror, ..Sampler::default() };
+            let texture = Texture::new(&noise(6, 5, seed), sampler);
+            for needs in (0..64).map(Needs) {
+                let (mesh, material) = triangle(needs, random);
+                let surface = Surface::new(&mesh, &material, Some(&texture), transform(random));
+                let light = Light::new(vec3(random, -1.0, 1.0), random.unit()).unwrap();
+                let front = random.unit() < 0.5;
+                let fragments = [fragment(random), fragment(random), fragment(random)];
+                let mut out = [Vec4::NAN; 3];
+                let filter = Filter::Trilinear;
+                kernel_for(needs)(&surface, CORNERS, front, &light, filter, &fragments, &mut out);
+                for (fragment, color) in fragments.iter().zip(out) {
+                    let exact = reference::shade(
+                        &surface, CORNERS, front, &light, filter, Shading::Lambert, fragment,
+                    );
+                    let error = (color.as_dvec4() - exact).abs().max_element();
+                    prop_assert!(error <= 1e-5, "{needs:?}: {color} {exact} {error:e}");
+                    let exact = reference::base_color(&surface, CORNERS, filter, fragment);
+                    let color = base_color(&surface, CORNERS, fragment, filter);
+                    let error = (color.as_dvec4() - exact).abs().max_element();
+                    prop_assert!(error <= 1e-5, "{needs:?}: {color} {exact} {error:e}");
+                    let alpha = alpha(&surface, CORNERS, fragment, filter);
+                    prop_assert_eq!(alpha.to_bits(), color.w.to_bits());
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_run_is_its_pixels_one_by_one() {
+        let random = &mut Random::new(4);
+        let texture = Texture::new(&noise(6, 5, 1), Sampler::default());
+        let all = Needs(31);
+        let (mesh, material) = triangle(all, random);
+        let surface = Surface::new(&mesh, &material, Some(&texture), transform(random));
+        let fragments: Vec<_> = (0..50).map(|_| fragment(random)).collect();
+        let (kernel, light) = (kernel_for(all), Light::default());
+        let mut run = vec![Vec4::ZERO; 50];
+        kernel(&surface, CORNERS, true, &light, Filter::Trilinear, &fragments, &mut run);
+        for (fragment, expected) in fragments.iter().zip(run) {
+            let (fragment, mut out) = ([*fragment], [Vec4::ZERO]);
+            kernel(&surface, CORNERS, true, &light, Filter::Trilinear, &fragment, &mut out);
+            assert_eq!(out[0], expected);
+        }
+    }
+
+    #[track_caller]
+    fn check(mesh: &Mesh, material: &Material, texture: Option<&Texture>, expected: Vec4) {
+        let surface = Surface::new(mesh, material, texture, DAffine3::IDENTITY);
+        let weights = Vec3::new(0.25, 0.25, 0.5);
+        let fragment = Fragment { weights, ddx: Vec3::ZERO, ddy: Vec3::ZERO };
+        let needs = Needs::of(mesh, material, Shading::Lambert);
+        let light = Light::new(Vec3::Z, 0.25).unwrap();
+        let mut out = [Vec4::NAN];
+        kernel_for(needs)(
+            &surface,
+            CORNERS,
+            true,
+            &light,
+            Filter::Trilinear,
+            &[fragment],
+            &mut out,
+        );
+        assert_eq!(out[0], expected);
+    }
+
+    fn facing() -> Mesh {
+        Mesh { positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y], ..Mesh::default() }
+    }
+
+    #[test]
+    fn facing_the_light_is_the_base_colour() {
+        let base_color = Vec4::new(0.5, 0.25, 1.0, 0.5);
+        let material = Material { base_color, ..Material::default() };
+        check(&facing(), &material, None, Vec4::new(0.5, 0.25, 1.0, 1.0));
+    }
+
+    #[test]
+    fn away_from_the_light_and_without_a_normal_is_ambient() {
+        let ambient = Vec4::new(0.25, 0.25, 0.25, 1.0);
+        let away = Mesh { positions: vec![Vec3::ZERO, Vec3::Y, Vec3::X], ..Mesh::default() };
+        check(&away, &Material::default(), None, ambient);
+        let point = Mesh { positions: vec![Vec3::ONE; 3], ..Mesh::default() };
+        check(&point, &Material::default(), None, ambient);
+    }
+
+    #[test]
+    fn texture_and_vertex_colours_multiply() {
+        let texture = Texture::new(&plain(2, 2, [255, 0, 255, 255]), Sampler::default());
+        let material = Material {
+            base_color_texture: Some(TextureRef { texture: 0, uv_set: 7, transform: None }),
+            ..Material::default()
+        };
+        let mesh = Mesh { colors: Some(vec![Vec4::splat(0.5); 3]), ..facing() };
+        check(&mesh, &material, Some(&texture), Vec4::new(0.5, 0.0, 0.5, 1.0));
+        check(&mesh, &material, None, Vec4::new(0.5, 0.5, 0.5, 1.0));
+    }
+}

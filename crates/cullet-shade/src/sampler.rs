@@ -1,0 +1,325 @@
+//! The colour of a texture at a place: footprint, level, texels, blend.
+//!
+//! Texel `i` of `n` has its centre at `(i + 1/2) / n`. Coordinates are folded by the wrap
+//! mode in f64, where the product with a texture size is exact, so a texel choice never
+//! suffers from rounding. Texels are decoded to linear light before they are blended.
+//!
+//! Texture space: u to the right, v down, 0..1 across the image. Any coordinate has a
+//! colour: NaN counts as 0, and so does an infinity that repeats or mirrors.
+//! Source: OpenGL 4.6 core specification, 8.14 and 8.15 (the isotropic scale factor as the
+//! longer footprint axis, nearest level, wrap modes); Vulkan 1.3, "Image Operations".
+
+use std::ops::{Add, Mul, Sub};
+
+use cullet_scene::Wrap;
+use glam::{Vec2, Vec4};
+
+use crate::select::{clamp, max};
+use crate::texture::{Level, Texture, decode, decode_alpha};
+
+/// How texels are blended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Filter {
+    /// The nearest texel of the nearest level.
+    Nearest,
+    /// The four texels around the place, in the nearest level.
+    Bilinear,
+    /// Bilinear in the two levels around the footprint's size, blended.
+    #[default]
+    Trilinear,
+}
+
+/// Linear RGBA, straight alpha, each in `[0, 1]`, at `uv`.
+///
+/// `duvdx` and `duvdy` are the changes of `uv` per pixel to the right and down. Where they
+/// span a texel or less, level 0 answers; where either is NaN or infinite, the coarsest.
+pub fn sample(texture: &Texture, uv: Vec2, duvdx: Vec2, duvdy: Vec2, filter: Filter) -> Vec4 {
+    filtered(texture, uv, lod(texture, duvdx, duvdy), filter, decode)
+}
+
+/// The alpha of [`sample`], bit for bit, without the colour.
+pub fn sample_alpha(texture: &Texture, uv: Vec2, duvdx: Vec2, duvdy: Vec2, filter: Filter) -> f32 {
+    let alpha = |[.., alpha]: [u8; 4]| decode_alpha(alpha);
+    filtered(texture, uv, lod(texture, duvdx, duvdy), filter, alpha)
+}
+
+/// Level of detail, in `0..=n_levels - 1`: log2 of the longer footprint axis in texels.
+fn lod(texture: &Texture, duvdx: Vec2, duvdy: Vec2) -> f32 {
+    let levels = texture.mips.levels();
+    let size = Vec2::new(levels[0].width() as f32, levels[0].height() as f32);
+    let (x, y) = (duvdx * size, duvdy * size);
+    let (x2, y2) = (x.x * x.x + x.y * x.y, y.x * y.x + y.y * y.y);
+    let coarsest = (levels.len() - 1) as f32;
+    let longer2 = if (x2 + y2).is_nan() { f32::INFINITY } else { max(x2, y2) };
+    if longer2 <= 1.0 {
+        return 0.0;
+    }
+    clamp(0.5 * libm::log2f(longer2), 0.0, coarsest)
+}
+
+fn filtered<T>(
+    texture: &Texture,
+    uv: Vec2,
+    lod: f32,
+    filter: Filter,
+    decode: impl Fn([u8; 4]) -> T + Copy,
+) -> T
+where
+    T: Copy + Add<Output = T> + Sub<Output = T> + Mul<f32, Output = T>,
+{
+    let levels = texture.mips.levels();
+    let place = [fold(uv.x, texture.wrap[0]), fold(uv.y, texture.wrap[1])];
+    match filter {
+        Filter::Nearest => nearest(&levels[nearest_level(lod)], texture.wrap, place, decode),
+        Filter::Bilinear => bilinear(&levels[nearest_level(lod)], texture.wrap, place, decode),
+        Filter::Trilinear => {
+            let finer = lod as usize; // within 0..n_levels
+            let blend = lod - finer as f32;
+            let color = bilinear(&levels[finer], texture.wrap, place, decode);
+            if blend == 0.0 {
+                return color;
+            }
+            let coarser = bilinear(&levels[finer + 1], texture.wrap, place, decode);
+            mix(color, coarser, blend)
+        }
+    }
+}
+
+/// Halfway goes to the finer level, as OpenGL has it.
+fn nearest_level(lod: f32) -> usize {
+    let finer = lod as usize; // within 0..n_levels
+    finer + usize::from(lod - finer as f32 > 0.5)
+}
+
+/// A coordinate brought into one period: 0..=1, or 0..=2 where every other tile mirrors.
+fn fold(u: f32, wrap: Wrap) -> f64 {
+    let u = f64::from(u);
+    let folded = match wrap {
+        Wrap::Repeat => u - u.floor(),
+        Wrap::Mirror => u - 2.0 * (0.5 * u).floor(),
+        Wrap::Clamp => clamp(u, 0.0, 1.0),
+    };
+    if folded >= 0.0 { folded } else { 0.0 } // NaN, also from an infinity
+}
+
+fn nearest<T>(level: &Level, wrap: [Wrap; 2], place: [f64; 2], decode: impl Fn([u8; 4]) -> T) -> T {
+    let column = nearest_texel(place[0], level.width(), wrap[0]);
+    let row = nearest_texel(place[1], level.height(), wrap[1]);
+    decode(level.texel(column, row))
+}
+
+fn nearest_texel(folded: f64, n: u32, wrap: Wrap) -> u32 {
+    let n_period = if wrap == Wrap::Mirror { 2 * i64::from(n) } else { i64::from(n) };
+    let i = (folded * f64::from(n)) as i64; // within 0..=n_period
+    // The end of a period is reached from inside only: by rounding up, or by a clamped 1.
+    wrapped(if i < n_period { i } else { n_period - 1 }, n, wrap)
+}
+
+fn bilinear<T>(level: &Level, wrap: [Wrap; 2], place: [f64; 2], decode: impl Fn([u8; 4]) -> T) -> T
+where
+    T: Copy + Add<Output = T> + Sub<Output = T> + Mul<f32, Output = T>,
+{
+    let ([left, right], x) = neighbours(place[0], level.width(), wrap[0]);
+    let ([above, below], y) = neighbours(place[1], level.height(), wrap[1]);
+    let texel = |column, row| decode(level.texel(column, row));
+    let upper = mix(texel(left, above), texel(right, above), x);
+    let lower = mix(texel(left, below), texel(right, below), x);
+    mix(upper, lower, y)
+}
+
+/// From `a` at 0 towards `b` at 1. In this form equal ends blend to exactly themselves, so
+/// an even alpha never slips below its cutoff.
+fn mix<T>(a: T, b: T, blend: f32) -> T
+where
+    T: Copy + Add<Output = T> + Sub<Output = T> + Mul<f32, Output = T>,
+{
+    a + (b - a) * blend
+}
+
+/// The texels whose centres enclose the place, and how far it is towards the second.
+fn neighbours(folded: f64, n: u32, wrap: Wrap) -> ([u32; 2], f32) {
+    let x = folded * f64::from(n) - 0.5;
+    let floor = x.floor();
+    let i = floor as i64; // within -1..2 n
+    ([wrapped(i, n, wrap), wrapped(i + 1, n, wrap)], (x - floor) as f32)
+}
+
+/// The texel that stands for texel `i` of the endless plane, for `i` at most one texel
+/// outside the period.
+fn wrapped(i: i64, n: u32, wrap: Wrap) -> u32 {
+    let n = i64::from(n);
+    let inside = match wrap {
+        Wrap::Repeat if i < 0 => i + n,
+        Wrap::Repeat if i >= n => i - n,
+        Wrap::Repeat => i,
+        Wrap::Mirror => {
+            let turned = if i >= n { 2 * n - 1 - i } else { i };
+            if turned < 0 { -1 - turned } else { turned }
+        }
+        Wrap::Clamp => clamp(i, 0, n - 1),
+    };
+    debug_assert!((0..n).contains(&inside), "{wrap:?} takes {i} to {inside} of {n}");
+    inside as u32
+}
+
+#[cfg(test)]
+mod tests {
+    use cullet_scene::Sampler;
+    use glam::{DVec2, DVec4};
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::reference;
+    use crate::testing::{noise, plain};
+
+    const WRAPS: [Wrap; 3] = [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp];
+
+    fn texture(width: u32, height: u32, wrap_u: Wrap, wrap_v: Wrap) -> Texture {
+        Texture::new(&noise(width, height, 3), Sampler { wrap_u, wrap_v, ..Sampler::default() })
+    }
+
+    fn magnified(texture: &Texture, u: f32, v: f32, filter: Filter) -> Vec4 {
+        sample(texture, Vec2::new(u, v), Vec2::ZERO, Vec2::ZERO, filter)
+    }
+
+    #[track_caller]
+    fn check_texel(wrap: Wrap, u: f32, expected: u32) {
+        let texture = texture(4, 1, wrap, wrap);
+        let expected = decode(texture.mips.levels()[0].texel(expected, 0));
+        assert_eq!(magnified(&texture, u, 0.5, Filter::Nearest), expected, "{wrap:?} at {u}");
+    }
+
+    #[test]
+    fn repeat_tiles() {
+        let cases = [(0.0, 0), (0.25, 1), (0.999, 3), (1.0, 0), (-0.1, 3), (-1e-30, 3), (5.3, 1)];
+        cases.iter().for_each(|&(u, texel)| check_texel(Wrap::Repeat, u, texel));
+    }
+
+    #[test]
+    fn mirror_turns_every_other_tile() {
+        let above = [(0.1, 0), (0.99, 3), (1.0, 3), (1.3, 2), (1.9, 0), (2.0, 0)];
+        let below = [(-1e-30, 0), (-0.1, 0), (-0.3, 1), (-1.0, 3), (-1.3, 2)];
+        let cases = above.iter().chain(&below);
+        cases.for_each(|&(u, texel)| check_texel(Wrap::Mirror, u, texel));
+    }
+
+    #[test]
+    fn clamp_stays_at_the_edge() {
+        let cases = [(-5.0, 0), (0.3, 1), (1.0, 3), (1e30, 3), (f32::NEG_INFINITY, 0)];
+        cases.iter().for_each(|&(u, texel)| check_texel(Wrap::Clamp, u, texel));
+        check_texel(Wrap::Clamp, f32::INFINITY, 3);
+    }
+
+    #[test]
+    fn not_a_place_is_the_first_texel() {
+        WRAPS.iter().for_each(|&wrap| check_texel(wrap, f32::NAN, 0));
+        check_texel(Wrap::Repeat, f32::INFINITY, 0);
+        check_texel(Wrap::Mirror, f32::NEG_INFINITY, 0);
+        check_texel(Wrap::Repeat, 1e30, 0);
+    }
+
+    #[test]
+    fn a_texel_centre_is_that_texel() {
+        for wrap in WRAPS {
+            let texture = texture(8, 4, wrap, wrap);
+            for (x, y) in (0..32).map(|i| (i % 8, i / 8)) {
+                let (u, v) = ((x as f32 + 0.5) / 8.0, (y as f32 + 0.5) / 4.0);
+                let expected = decode(texture.mips.levels()[0].texel(x, y));
+                for filter in [Filter::Nearest, Filter::Bilinear, Filter::Trilinear] {
+                    assert_eq!(magnified(&texture, u, v, filter), expected);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_longer_axis_sets_the_level() {
+        let texture = texture(16, 4, Wrap::Repeat, Wrap::Repeat);
+        let (x, y) = (Vec2::X / 16.0, Vec2::Y / 4.0);
+        assert_eq!(lod(&texture, Vec2::ZERO, Vec2::ZERO), 0.0);
+        assert_eq!(lod(&texture, x, y), 0.0);
+        assert_eq!(lod(&texture, x * 2.0, y), 1.0);
+        assert_eq!(lod(&texture, x, y * 4.0), 2.0);
+        assert_eq!(lod(&texture, x * 1e6, y), 4.0);
+        for bad in [f32::NAN, f32::INFINITY, -f32::INFINITY, 1e30] {
+            assert_eq!(lod(&texture, x * bad, y), 4.0);
+            assert_eq!(lod(&texture, x, y * bad), 4.0);
+        }
+    }
+
+    #[test]
+    fn halfway_between_levels_is_the_finer() {
+        assert_eq!([0.0, 0.5, 0.51, 1.0, 1.5, 2.6].map(nearest_level), [0, 0, 1, 1, 1, 3]);
+    }
+
+    #[test]
+    fn extreme_places_and_sizes_stay_inside() {
+        let extremes = [0.0, -0.0, 1.0, -1.0, 1e-45, -1e-45, 0.1, 1e9, -1e9, 1e30, -1e30]
+            .into_iter()
+            .chain([f32::MAX, f32::MIN, f32::INFINITY, f32::NEG_INFINITY, f32::NAN]);
+        let extremes: Vec<f32> = extremes.collect();
+        for (width, height) in [(1, 1), (1, 5), (5, 1), (16384, 1), (3, 7)] {
+            for wrap in WRAPS {
+                let mut texture = texture(width, height, wrap, wrap);
+                texture.mips = crate::Mips::new(plain(width, height, [255; 4])).into();
+                for (&u, &d) in extremes.iter().flat_map(|u| extremes.iter().map(move |d| (u, d))) {
+                    for filter in [Filter::Nearest, Filter::Bilinear, Filter::Trilinear] {
+                        let (uv, ddx) = (Vec2::new(u, d), Vec2::new(d, u));
+                        let color = sample(&texture, uv, ddx, Vec2::splat(d), filter);
+                        assert_eq!(color, Vec4::ONE);
+                    }
+                }
+            }
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 4000, ..ProptestConfig::default() })]
+
+        #[test]
+        fn agrees_with_the_reference(
+            size in (1..40_u32, 1..40_u32),
+            uv in (-9.0..9.0_f32, -9.0..9.0_f32),
+            derivatives in prop::array::uniform4(-0.3..0.3_f32),
+            scale in 0..12,
+            wraps in (0..3_usize, 0..3_usize),
+        ) {
+            let texture = texture(size.0, size.1, WRAPS[wraps.0], WRAPS[wraps.1]);
+            let uv = Vec2::from(uv);
+            let [a, b, c, d] = derivatives.map(|d| d / (1 << scale) as f32);
+            let (ddx, ddy) = (Vec2::new(a, b), Vec2::new(c, d));
+            let (ddx64, ddy64) = (ddx.as_dvec2(), ddy.as_dvec2());
+            let lod = reference::lod(&texture, ddx64, ddy64);
+            let level_is_clear = (lod.fract() - 0.5).abs() > 1e-5;
+            for filter in [Filter::Nearest, Filter::Bilinear, Filter::Trilinear] {
+                if filter == Filter::Trilinear || level_is_clear {
+                    let color = sample(&texture, uv, ddx, ddy, filter);
+                    let exact = reference::sample(&texture, uv.as_dvec2(), ddx64, ddy64, filter);
+                    let error = (color.as_dvec4() - exact).abs().max_element();
+                    prop_assert!(error < 2e-6, "{filter:?} {color} {exact} {error:e}");
+                    let alpha = sample_alpha(&texture, uv, ddx, ddy, filter);
+                    prop_assert_eq!(alpha.to_bits(), color.w.to_bits());
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_reference_knows_a_checker() {
+        let image = cullet_scene::Image {
+            width: 2,
+            height: 1,
+            rgba: vec![0, 0, 0, 255, 255, 255, 255, 255],
+            ..Default::default()
+        };
+        let texture = Texture::new(&image, Sampler::default());
+        let middle = reference::sample(
+            &texture,
+            DVec2::new(0.5, 0.5),
+            DVec2::ZERO,
+            DVec2::ZERO,
+            Filter::Trilinear,
+        );
+        assert_eq!(middle, DVec4::new(0.5, 0.5, 0.5, 1.0));
+    }
+}
