@@ -1,14 +1,115 @@
 //! glTF 2.0: from bytes to a [`Scene`].
+//!
+//! ```text
+//! container -> document -> buffers -> materials -> nodes -> objects -> images
+//!                                                             |
+//!                                     primitive (accessor), pose, instances
+//! ```
+//!
+//! What cannot be drawn stops the load; what can be drawn without a damaged part is drawn,
+//! with a warning that names the part.
 
+mod accessor;
+mod buffers;
+mod container;
+mod document;
+mod extensions;
+mod images;
+mod instances;
+mod materials;
+mod nodes;
+mod objects;
+mod pose;
+mod primitive;
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+
+use self::document::Document;
 use crate::files::Root;
-use crate::{LoadError, LoadOptions, Scene};
+use crate::{LoadError, LoadOptions, Material, Scene};
 
-/// Loads a glTF scene, binary or text.
+/// Loads a glTF scene, binary or text; `name` is for messages, `files` reads what it names.
 pub(crate) fn load(
-    _bytes: &[u8],
+    bytes: &[u8],
     name: &str,
-    _root: &Root,
-    _options: &LoadOptions,
+    files: &Root,
+    options: &LoadOptions,
 ) -> Result<Scene, LoadError> {
-    Err(LoadError::invalid(name, "", "glTF is not read yet", "wait"))
+    let document = document::read(bytes, name)?;
+    let buffers = buffers::read(&document, name, files)?;
+    let input = Input { name, options, files, document: &document, buffers: &buffers };
+    let mut output = Output::new(&input);
+    materials::load(&input, &mut output);
+    let visits = nodes::walk(&input, &mut output)?;
+    objects::load(&input, &visits, &mut output)?;
+    images::decode(&input, &mut output)?;
+    output.finish(name)
+}
+
+/// What a load starts from.
+struct Input<'a> {
+    name: &'a str,
+    options: &'a LoadOptions,
+    files: &'a Root,
+    document: &'a Document<'a>,
+    buffers: &'a [Cow<'a, [u8]>],
+}
+
+/// What a load has so far.
+struct Output {
+    scene: Scene,
+    /// Phrases without their number, and how often each was said.
+    left_out: BTreeMap<String, usize>,
+    /// The first primitive that was left out for being damaged.
+    first_damage: Option<String>,
+    n_triangles: u64,
+}
+
+impl Output {
+    fn new(input: &Input<'_>) -> Output {
+        let scene = Scene {
+            name: input.name.to_string(),
+            materials: vec![Material::default()],
+            extensions: input.document.extensions.clone(),
+            animations: input.document.animations.clone(),
+            ..Scene::default()
+        };
+        Output { scene, left_out: BTreeMap::new(), first_damage: None, n_triangles: 0 }
+    }
+
+    /// Something at `place` was mended as the second half of `what` says.
+    fn warn(&mut self, place: &str, what: impl std::fmt::Display) {
+        self.scene.warnings.push(format!("{}: {place}: {what}", self.scene.name));
+    }
+
+    /// Something drawable at `place` is not drawn because it is damaged.
+    fn lose(&mut self, place: &str, problem: &str) {
+        self.warn(place, format_args!("{problem}; left out"));
+        self.first_damage.get_or_insert_with(|| format!("{place}: {problem}"));
+    }
+
+    /// Something that cannot be drawn yet is left out; `what` is a plural without number.
+    fn leave_out(&mut self, what: &str) {
+        *self.left_out.entry(what.to_string()).or_default() += 1;
+    }
+
+    fn finish(mut self, name: &str) -> Result<Scene, LoadError> {
+        if self.scene.objects.is_empty()
+            && let Some(damage) = self.first_damage
+        {
+            let problem = format!("nothing can be drawn: {damage}");
+            return Err(LoadError::invalid(name, "", problem, "export the model again"));
+        }
+        self.scene.left_out = self.left_out.iter().map(|(what, n)| format!("{n} {what}")).collect();
+        Ok(self.scene)
+    }
+}
+
+/// A name for messages: as in the file, or made up from kind and index.
+fn name_or(name: &Option<String>, kind: &str, index: usize) -> String {
+    match name {
+        Some(name) if !name.is_empty() => name.clone(),
+        _ => format!("{kind} {index}"),
+    }
 }

@@ -1,0 +1,293 @@
+//! Which document do these bytes describe?
+//!
+//! The types and checks of the `gltf` crate are used where they help. They are stricter
+//! than the format in some places and stricter than drawing needs in others, so the JSON is
+//! mended first and the complaints are sifted afterwards. What is tolerated here is handled
+//! where it is used; indices are always checked.
+
+use ::gltf::json::mesh::Semantic;
+use ::gltf::json::validation::{Checked, Error as Complaint, Validate};
+use ::gltf::json::{Path, Root};
+use glam::{DAffine3, DMat4, DQuat, DVec3, DVec4};
+use serde::Deserialize;
+use serde_json::{Number, Value};
+
+use super::{container, extensions};
+use crate::{Extension, LoadError};
+
+/// A checked document.
+#[derive(Debug)]
+pub(super) struct Document<'a> {
+    /// The document; every index in it is in range, except the `source` of a texture.
+    pub root: Root,
+    /// The binary chunk of a `.glb`.
+    pub blob: Option<&'a [u8]>,
+    /// Node to parent, for each node of `root`, in the full precision of the text.
+    /// Not necessarily finite.
+    pub parent_from_node: Vec<DAffine3>,
+    /// Extensions and their treatment.
+    pub extensions: Vec<Extension>,
+    /// Names of the animations, which are not in `root`.
+    pub animations: Vec<String>,
+}
+
+/// Reads and checks a document; `name` is for messages.
+pub(super) fn read<'a>(bytes: &'a [u8], name: &str) -> Result<Document<'a>, LoadError> {
+    let invalid = |place: &str, problem: String| {
+        LoadError::invalid(name, place, problem, "check the file with a glTF validator")
+    };
+    let parts = container::split(bytes).map_err(|problem| invalid("", problem))?;
+    let mut value: Value = serde_json::from_slice(parts.json)
+        .map_err(|error| invalid("", format!("is not glTF: {error}")))?;
+    check_version(&value).map_err(|problem| {
+        LoadError::invalid(name, "asset", problem, "convert the file to glTF 2.0")
+    })?;
+    make_whole_numbers_integers(&mut value);
+    let animations = take_animations(&mut value);
+    add_empty_node_lists(&mut value);
+    let parent_from_node =
+        read_transforms(&value).map_err(|(place, problem)| invalid(&place, problem))?;
+    let root = read_root(value).map_err(|(place, problem)| invalid(&place, problem))?;
+
+    let extensions = extensions::treat(name, &root.extensions_used, &root.extensions_required)?;
+    if let Some((path, complaint)) = first_complaint(&root) {
+        return Err(invalid(&path, complaint));
+    }
+    Ok(Document { root, blob: parts.blob, parent_from_node, extensions, animations })
+}
+
+fn check_version(value: &Value) -> Result<(), String> {
+    let asset = value.get("asset").ok_or("is missing")?;
+    let version = asset.get("version").and_then(Value::as_str).ok_or("has no version")?;
+    let minimum = asset.get("minVersion").and_then(Value::as_str).unwrap_or("2.0");
+    if version.split('.').next() != Some("2") {
+        return Err(format!("has version {version}, and only 2.x is read"));
+    }
+    if minimum != "2.0" {
+        return Err(format!("needs version {minimum}, and only 2.0 is known"));
+    }
+    Ok(())
+}
+
+/// `1.0` is a legal integer in glTF.
+fn make_whole_numbers_integers(value: &mut Value) {
+    match value {
+        Value::Array(items) => items.iter_mut().for_each(make_whole_numbers_integers),
+        Value::Object(fields) => fields.values_mut().for_each(make_whole_numbers_integers),
+        Value::Number(number) if number.is_f64() => {
+            let exact = 0.0..9_007_199_254_740_992.0; // below 2^53
+            if let Some(float) = number.as_f64()
+                && float.fract() == 0.0
+                && float.is_sign_positive()
+                && exact.contains(&float)
+            {
+                *number = Number::from(float as u64);
+            }
+        }
+        _ => {}
+    }
+}
+
+/// Nothing in the rest pose depends on animations, so they cannot spoil it either.
+fn take_animations(value: &mut Value) -> Vec<String> {
+    let animations = value.as_object_mut().and_then(|root| root.remove("animations"));
+    let animations = animations.as_ref().and_then(Value::as_array).map_or(&[][..], Vec::as_slice);
+    let named = |(i, animation): (usize, &Value)| match animation.get("name") {
+        Some(Value::String(name)) if !name.is_empty() => name.clone(),
+        _ => format!("animation {i}"),
+    };
+    animations.iter().enumerate().map(named).collect()
+}
+
+/// A scene may have no nodes.
+fn add_empty_node_lists(value: &mut Value) {
+    let scenes = value.get_mut("scenes").and_then(Value::as_array_mut);
+    for scene in scenes.into_iter().flatten().filter_map(Value::as_object_mut) {
+        scene.entry("nodes").or_insert_with(|| Value::Array(Vec::new()));
+    }
+}
+
+/// The crate would round transforms to f32, which is too coarse far from the origin.
+fn read_transforms(value: &Value) -> Result<Vec<DAffine3>, (String, String)> {
+    #[derive(Deserialize)]
+    struct Transform {
+        matrix: Option<[f64; 16]>,
+        translation: Option<[f64; 3]>,
+        rotation: Option<[f64; 4]>,
+        scale: Option<[f64; 3]>,
+    }
+
+    let nodes = value.get("nodes").and_then(Value::as_array).map_or(&[][..], Vec::as_slice);
+    let read_one = |(i, node): (usize, &Value)| {
+        let transform = Transform::deserialize(node)
+            .map_err(|error| (format!("nodes[{i}]"), format!("has a bad transform: {error}")))?;
+        Ok(match transform.matrix {
+            Some(matrix) => affine(&matrix),
+            None => DAffine3::from_scale_rotation_translation(
+                transform.scale.map_or(DVec3::ONE, DVec3::from_array),
+                transform.rotation.map_or(DQuat::IDENTITY, rotation),
+                transform.translation.map_or(DVec3::ZERO, DVec3::from_array),
+            ),
+        })
+    };
+    nodes.iter().enumerate().map(read_one).collect()
+}
+
+/// The rotation of a quaternion in file order (x, y, z, w), which need not be unit.
+/// All zeros: none.
+pub(super) fn rotation(quaternion: [f64; 4]) -> DQuat {
+    let quaternion = DVec4::from_array(quaternion);
+    match quaternion.try_normalize() {
+        Some(unit) => DQuat::from_vec4(unit),
+        None if quaternion == DVec4::ZERO => DQuat::IDENTITY,
+        None => DQuat::from_vec4(DVec4::NAN),
+    }
+}
+
+/// An affine transform from a column-major matrix, whose last row is taken to be 0 0 0 1.
+fn affine(matrix: &[f64; 16]) -> DAffine3 {
+    DAffine3::from_mat4(DMat4::from_cols_array(&{
+        let mut affine = *matrix;
+        [affine[3], affine[7], affine[11], affine[15]] = [0.0, 0.0, 0.0, 1.0];
+        affine
+    }))
+}
+
+/// On an error says in which list it is, by leaving out one after the other.
+fn read_root(value: Value) -> Result<Root, (String, String)> {
+    let error = match Root::deserialize(&value) {
+        Ok(root) => return Ok(root),
+        Err(error) => error,
+    };
+    let keys: Vec<String> =
+        value.as_object().into_iter().flat_map(|root| root.keys().cloned()).collect();
+    let is_culprit = |key: &String| {
+        let mut rest = value.clone();
+        rest.as_object_mut().map(|root| root.remove(key));
+        Root::deserialize(&rest).is_ok()
+    };
+    let culprit = keys.into_iter().find(is_culprit).unwrap_or_default();
+    Err((culprit, format!("is not as glTF wants it: {error}")))
+}
+
+/// The first complaint of the crate that matters.
+fn first_complaint(root: &Root) -> Option<(String, String)> {
+    // The crate's own check would index out of bounds for these.
+    for (i, mesh) in root.meshes.iter().enumerate() {
+        for (j, primitive) in mesh.primitives.iter().enumerate() {
+            let position = primitive.attributes.get(&Checked::Valid(Semantic::Positions));
+            if position.is_some_and(|index| index.value() >= root.accessors.len()) {
+                let place = format!("meshes[{i}].primitives[{j}].attributes.POSITION");
+                return Some((place, "names an accessor that does not exist".into()));
+            }
+        }
+    }
+    let mut first = None;
+    root.validate(root, Path::new, &mut |path, complaint| {
+        if first.is_none() && !is_tolerated(path().as_str(), complaint) {
+            first = Some((path().to_string(), in_words(complaint).to_string()));
+        }
+    });
+    first
+}
+
+fn is_tolerated(path: &str, complaint: Complaint) -> bool {
+    let ends_with = |suffixes: &[&str]| suffixes.iter().any(|suffix| path.ends_with(suffix));
+    match complaint {
+        // Judged by the table of extensions.
+        Complaint::Unsupported => true,
+        // Zeros, a missing image, recomputed bounds, a primitive to leave out, no lens.
+        Complaint::Missing => {
+            ends_with(&[".bufferView", ".source", ".min", ".max", "[\"POSITION\"]"])
+                || path.starts_with("cameras[")
+        }
+        // Bounds again, attributes nobody knows, a lens nobody knows.
+        Complaint::Invalid => {
+            ends_with(&[".min", ".max"])
+                || path.contains(".attributes[")
+                || path.starts_with("cameras[")
+        }
+        Complaint::IndexOutOfBounds | Complaint::Oversize => false,
+    }
+}
+
+fn in_words(complaint: Complaint) -> &'static str {
+    match complaint {
+        Complaint::IndexOutOfBounds => "names something that does not exist",
+        Complaint::Invalid => "has an impossible value",
+        Complaint::Missing => "is missing",
+        Complaint::Oversize => "is too large for this machine",
+        Complaint::Unsupported => "is not supported",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn with(rest: &str) -> String {
+        format!(r#"{{"asset":{{"version":"2.0"}}{rest}}}"#)
+    }
+
+    #[track_caller]
+    fn accepts(rest: &str) {
+        read(with(rest).as_bytes(), "t.gltf").unwrap();
+    }
+
+    #[track_caller]
+    fn refuses(rest: &str, words: &str) {
+        let error = read(with(rest).as_bytes(), "t.gltf").unwrap_err().to_string();
+        assert!(error.contains(words), "{error}");
+    }
+
+    #[test]
+    fn legal_files_that_the_crate_refuses_are_read() {
+        accepts("");
+        accepts(r#","scenes":[{}],"scene":0.0"#);
+        accepts(r#","accessors":[{"count":1,"componentType":5126.0,"type":"VEC3"}]"#);
+        accepts(r#","textures":[{}]"#);
+        accepts(r#","animations":[{"channels":"?"}]"#);
+        accepts(r#","extensionsRequired":["KHR_mesh_quantization"]"#);
+    }
+
+    #[test]
+    fn lies_are_refused_with_their_place() {
+        refuses(r#","scenes":[{"nodes":[7]}]"#, "scenes[0].nodes[0]");
+        refuses(r#","nodes":[{"translation":[1,2]}]"#, "nodes[0]");
+        refuses(r#","meshes":{}"#, "meshes");
+        refuses(
+            r#","meshes":[{"primitives":[{"attributes":{"POSITION":9}}]}]"#,
+            "meshes[0].primitives[0].attributes.POSITION",
+        );
+    }
+
+    #[test]
+    fn other_versions_are_refused() {
+        for asset in [
+            "{}",
+            r#"{"asset":{}}"#,
+            r#"{"asset":{"version":"1.0"}}"#,
+            r#"{"asset":{"version":"3.0"}}"#,
+            r#"{"asset":{"version":"2.1","minVersion":"2.1"}}"#,
+            "[]",
+        ] {
+            assert!(read(asset.as_bytes(), "t.gltf").is_err(), "{asset}");
+        }
+        assert!(read(br#"{"asset":{"version":"2.1"}}"#, "t.gltf").is_ok());
+    }
+
+    #[test]
+    fn transforms_keep_the_precision_of_the_text() {
+        let text = with(r#","nodes":[{"translation":[134217728.5,0,0]},{"scale":[2,0,-1]}]"#);
+        let document = read(text.as_bytes(), "t.gltf").unwrap();
+        assert_eq!(document.parent_from_node[0].translation.x, 134217728.5);
+        assert_eq!(document.parent_from_node[1].matrix3.z_axis.z, -1.0);
+    }
+
+    #[test]
+    fn quaternions_become_rotations() {
+        assert_eq!(rotation([0.0; 4]), DQuat::IDENTITY);
+        assert_eq!(rotation([0.0, 0.0, 0.0, 3.0]), DQuat::IDENTITY);
+        assert!(rotation([f64::INFINITY, 0.0, 0.0, 1.0]).is_nan());
+    }
+}

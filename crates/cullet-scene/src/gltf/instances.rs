@@ -1,0 +1,66 @@
+//! Where does a node put its mesh? EXT_mesh_gpu_instancing may say: in many places.
+
+use ::gltf::json::accessor::Accessor as AccessorJson;
+use ::gltf::json::{Index, Node};
+use glam::{DAffine3, DVec3};
+use serde_json::Value;
+
+use super::accessor::Accessor;
+use super::{Input, Output, document, name_or, nodes};
+use crate::LoadError;
+
+/// World from model for every instance: one, unless the extension says otherwise.
+pub(super) fn of(
+    input: &Input<'_>,
+    output: &mut Output,
+    json: &Node,
+    world_from_node: DAffine3,
+) -> Result<Vec<DAffine3>, LoadError> {
+    let extension =
+        json.extensions.as_ref().and_then(|all| all.others.get("EXT_mesh_gpu_instancing"));
+    let Some(attributes) = extension.and_then(|extension| extension.get("attributes")) else {
+        return Ok(vec![world_from_node]);
+    };
+    let place = format!("node `{}`", name_or(&json.name, "of mesh", 0));
+    let [translations, rotations, scales] = match open(input, attributes) {
+        Ok(accessors) => accessors,
+        Err(problem) => {
+            output.lose(&place, &format!("instances cannot be read: {problem}"));
+            return Ok(Vec::new());
+        }
+    };
+    let counts = [&translations, &rotations, &scales].map(|list| list.as_ref().map(|a| a.count));
+    let count = counts.into_iter().flatten().min().unwrap_or(1);
+    if count > input.options.max_nodes as u64 {
+        return Err(nodes::too_many(input));
+    }
+    let vector = |list: &Option<Accessor<'_>>, i: u64, default: DVec3| {
+        list.as_ref().map_or(default, |list| DVec3::from_array(list.row::<3>(i).map(f64::from)))
+    };
+    let mut instances = Vec::with_capacity(count as usize);
+    for i in 0..count {
+        let rotation = rotations.as_ref().map_or([0.0, 0.0, 0.0, 1.0], |list| list.row::<4>(i));
+        let node_from_instance = DAffine3::from_scale_rotation_translation(
+            vector(&scales, i, DVec3::ONE),
+            document::rotation(rotation.map(f64::from)),
+            vector(&translations, i, DVec3::ZERO),
+        );
+        let world_from_instance = world_from_node * node_from_instance;
+        if world_from_instance.is_finite() {
+            instances.push(world_from_instance);
+        } else {
+            output.warn(&place, format_args!("instance {i} has no finite transform; left out"));
+        }
+    }
+    Ok(instances)
+}
+
+fn open<'a>(input: &Input<'a>, attributes: &Value) -> Result<[Option<Accessor<'a>>; 3], String> {
+    let one = |name: &str| -> Result<Option<Accessor<'a>>, String> {
+        let Some(index) = attributes.get(name) else { return Ok(None) };
+        let index = index.as_u64().and_then(|index| u32::try_from(index).ok());
+        let index: Index<AccessorJson> = Index::new(index.ok_or("a bad accessor index")?);
+        Accessor::open(&input.document.root, input.buffers, index).map(Some)
+    };
+    Ok([one("TRANSLATION")?, one("ROTATION")?, one("SCALE")?])
+}
