@@ -1,1 +1,36 @@
-//! stub
+//! Can it be seen? Boxes, spheres, planes, frusta, rays, and the tests between them.
+//!
+//! Pure functions over plain f64 values; nothing here knows what a mesh or a pixel is.
+//! Handedness, the look direction and the order of the planes are those of the convention
+//! table in `cullet_transform`.
+//!
+//! # What every visibility test here promises
+//!
+//! - Sets are closed: touching is visible.
+//! - A test may keep what is hidden, it never drops what exact arithmetic calls visible.
+//!   What it keeps too much by rounding is at most [`ROUNDING`] of the terms it added up.
+//! - A box with a NaN is kept by every test, so bad data is seen rather than lost; a box
+//!   with some `min > max` (and no NaN) is empty and is never visible.
+//! - Infinite extents are legal, and `0 * inf` counts as 0: a plane parallel to an axis
+//!   does not care how far a box reaches along it.
+
+mod aabb;
+mod frustum;
+mod p_vertex;
+mod plane;
+mod ray;
+mod ray_aabb;
+mod ray_triangle;
+mod rounding;
+mod sphere;
+
+pub use aabb::Aabb;
+pub use cullet_transform::PlaneMask;
+pub use frustum::Frustum;
+pub use p_vertex::planes_cutting;
+pub use plane::Plane;
+pub use ray::Ray;
+pub use ray_aabb::ray_aabb;
+pub use ray_triangle::{TriangleHit, ray_triangle};
+pub use rounding::ROUNDING;
+pub use sphere::Sphere;

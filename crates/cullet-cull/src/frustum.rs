@@ -1,0 +1,266 @@
+//! What a camera can see: six planes and the eight corners between them.
+//!
+//! Built from the camera's own numbers, never from a matrix: subtracting the rows of a
+//! rounded matrix loses the far plane (near 0.01, far 1000 is enough in f32), while
+//! here every plane is one sum of two basis vectors.
+//!
+//! Planes and corners count from [`Frustum::origin`], the eye: a box is moved there
+//! before it is tested, in one rounding per coordinate, so a world 10^8 units from its zero
+//! is as sharp as one around it.
+//!
+//! Each plane also knows the sizes of the terms it was summed from. From these,
+//! [`Frustum::farthest`] and [`Frustum::nearest`] make one-sided answers: the normal
+//! is an interval, the box is an interval, and interval arithmetic (Moore 1966) gives an end
+//! that no rounding can overstep. A component that came out near zero by cancellation thus
+//! has no sign to be wrong about.
+//!
+//! ```text
+//!        6-------7     corner index: bit 0 right, bit 1 top, bit 2 far
+//!        |\     /|
+//!        | 2---3 |     2, 3, 0, 1 on the near plane
+//!        | 0---1 |
+//!        |/     \|
+//!        4-------5     with infinite far: directions (w = 0)
+//! ```
+//!
+//! Source: INFOGR lecture 6, the view frustum and its planes.
+
+use cullet_transform::{Camera, Kind, Window};
+use glam::{DMat3, DVec3, DVec4};
+
+use crate::rounding::{ROUNDING, times};
+use crate::{Aabb, Plane};
+
+/// The view volume of a camera; a closed set.
+#[derive(Clone, Copy, Debug)]
+pub struct Frustum {
+    /// Where planes and corners count from, in the space of the boxes.
+    pub origin: DVec3,
+    /// Inward unit normals, in the order of `PlaneMask`: left, right, bottom, top, near, far.
+    /// An infinite far plane has normal zero and offset `+inf`: everything is inside.
+    pub planes: [Plane; 6],
+    /// Rounded; points (`w = 1`), or with infinite far the last four are directions
+    /// (`w = 0`, length of one unit of view depth): the corner in the limit along that direction.
+    pub corners: [DVec4; 8],
+    /// Per plane, the sizes of what its coefficients were summed from.
+    terms: [Plane; 6],
+    /// Relative allowance on each term, at least [`ROUNDING`].
+    slack: f64,
+}
+
+impl Frustum {
+    /// The view volume of `camera` for pictures of `aspect` (width over height), in world
+    /// space, counted from the eye.
+    pub fn from_camera(camera: &Camera, aspect: f64) -> Frustum {
+        let world_from_view = DMat3::from_cols(camera.right(), camera.up(), camera.back());
+        Frustum::from_window(camera.eye(), &world_from_view, &camera.window(aspect))
+    }
+
+    /// The view volume through any `window`, such as one tile of a picture.
+    ///
+    /// `world_from_view` is a rotation: its columns are right, up and back. The window is
+    /// not empty and its distances are in order, as `Projection::window` makes it.
+    pub fn from_window(eye: DVec3, world_from_view: &DMat3, window: &Window) -> Frustum {
+        let DMat3 { x_axis: right, y_axis: up, z_axis: back } = *world_from_view;
+        let side = |axis: DVec3, edge: f64| match window.kind {
+            Kind::Perspective => slanted(axis, back, edge),
+            Kind::Orthographic => upright(axis, -edge),
+        };
+        let planes_and_terms = [
+            side(right, window.left),
+            negated(side(right, window.right)),
+            side(up, window.bottom),
+            negated(side(up, window.top)),
+            upright(-back, -window.near),
+            if window.far.is_finite() { upright(back, window.far) } else { AT_INFINITY },
+        ];
+        let corners = core::array::from_fn(|i| {
+            let x = if i & 1 == 0 { window.left } else { window.right };
+            let y = if i & 2 == 0 { window.bottom } else { window.top };
+            let z = if i & 4 == 0 { window.near } else { window.far };
+            match window.kind {
+                _ if z.is_infinite() => (right * x + up * y - back).extend(0.0),
+                Kind::Perspective => ((right * x + up * y - back) * z).extend(1.0),
+                Kind::Orthographic => (right * x + up * y - back * z).extend(1.0),
+            }
+        });
+        Frustum {
+            origin: eye,
+            planes: planes_and_terms.map(|(plane, _)| plane),
+            corners,
+            terms: planes_and_terms.map(|(_, terms)| terms),
+            slack: ROUNDING,
+        }
+    }
+
+    /// The same volume for boxes that already count from the eye: the origin becomes zero.
+    #[must_use]
+    pub fn relative_to_eye(&self) -> Frustum {
+        Frustum { origin: DVec3::ZERO, ..*self }
+    }
+
+    /// The same volume with its planes moved outwards by `relative` times the sum of the sizes
+    /// of the terms of each distance; less than [`ROUNDING`] counts as that.
+    ///
+    /// This is the margin of a renderer. Clip coordinates of a vertex are sums of the same
+    /// terms as its distances to the planes, so a renderer whose numbers round to `u` and
+    /// pass through `n` roundings gives `n * u`, and then never draws anything of a box that
+    /// was excluded, nor clips by a plane that was not named. f64 vertices (u = 2^-53) are
+    /// covered without calling this, provided the box was made by [`Aabb::transformed`] with
+    /// the matrix that takes the vertices to the eye's origin, whose own terms may be larger
+    /// than their sum; f32 vertices ask for `64 * 2^-24`.
+    #[must_use]
+    pub fn outset(&self, relative: f64) -> Frustum {
+        Frustum { slack: relative.max(ROUNDING), ..*self }
+    }
+
+    /// Whether there is a far plane at a finite distance.
+    pub fn has_far(&self) -> bool {
+        self.corners[7].w != 0.0
+    }
+
+    /// No point of `bounds` is farther inside plane `index` than this, scene units: below zero
+    /// is proof that the plane excludes the box.
+    ///
+    /// `bounds` counts from [`Frustum::origin`] and has no NaN. `0 * inf` is 0; NaN where
+    /// infinities oppose.
+    pub fn farthest(&self, index: usize, bounds: &Aabb) -> f64 {
+        self.upper_end(&self.planes[index], index, bounds)
+    }
+
+    /// No point of `bounds` is farther outside plane `index` than this, as a signed distance:
+    /// at or above zero is proof that the box lies wholly inside. Otherwise like
+    /// [`Frustum::farthest`].
+    pub fn nearest(&self, index: usize, bounds: &Aabb) -> f64 {
+        -self.upper_end(&-self.planes[index], index, bounds)
+    }
+
+    /// The greatest distance that any point of `bounds` can have from any plane whose
+    /// coefficients differ from those of `plane` by no more than the slack.
+    fn upper_end(&self, plane: &Plane, index: usize, bounds: &Aabb) -> f64 {
+        let terms = &self.terms[index];
+        // The normal is widened towards whichever sign makes this end count for more.
+        let end = |x: DVec3| times(plane.normal + self.slack * terms.normal * x.signum(), x);
+        let along = end(bounds.min).max(end(bounds.max));
+        along.x + along.y + along.z + (plane.offset + self.slack * terms.offset)
+    }
+}
+
+const AT_INFINITY: (Plane, Plane) = (
+    Plane { normal: DVec3::ZERO, offset: f64::INFINITY },
+    Plane { normal: DVec3::ZERO, offset: 0.0 },
+);
+
+/// The plane `axis · p >= -offset`, and its terms.
+fn upright(axis: DVec3, offset: f64) -> (Plane, Plane) {
+    (Plane { normal: axis, offset }, Plane { normal: nonzero(axis), offset: offset.abs() })
+}
+
+/// The plane through the eye that holds all points with `axis · p >= edge * depth`, where
+/// depth is `-back · p`; and its terms.
+fn slanted(axis: DVec3, back: DVec3, edge: f64) -> (Plane, Plane) {
+    let length = libm::hypot(1.0, edge);
+    let (cos, sin) = (1.0 / length, edge / length);
+    (
+        Plane { normal: axis * cos + back * sin, offset: 0.0 },
+        Plane { normal: nonzero(axis) * cos + nonzero(back) * sin.abs(), offset: 0.0 },
+    )
+}
+
+fn negated((plane, terms): (Plane, Plane)) -> (Plane, Plane) {
+    (-plane, terms)
+}
+
+/// One for each component that is not exactly zero. A component of a rotation is off by
+/// rounding of numbers around one, however small it came out; but an exact zero is meant,
+/// and keeps an infinite box off the planes parallel to it.
+fn nonzero(v: DVec3) -> DVec3 {
+    DVec3::select(v.cmpeq(DVec3::ZERO), DVec3::ZERO, DVec3::ONE)
+}
+
+#[cfg(test)]
+mod tests {
+    use cullet_transform::Projection;
+
+    use super::*;
+
+    fn window(kind: Kind, far: f64) -> Window {
+        Window { kind, left: -2.0, right: 1.0, bottom: -0.5, top: 0.75, near: 0.5, far }
+    }
+
+    /// A rotation without roundings.
+    fn sideways() -> DMat3 {
+        DMat3::from_cols(DVec3::Z, DVec3::X, DVec3::Y)
+    }
+
+    #[test]
+    fn corners_lie_on_their_planes() {
+        for (kind, far) in [
+            (Kind::Perspective, 8.0),
+            (Kind::Perspective, f64::INFINITY),
+            (Kind::Orthographic, 8.0),
+        ] {
+            let frustum = Frustum::from_window(DVec3::ONE, &sideways(), &window(kind, far));
+            assert_eq!(frustum.has_far(), far.is_finite());
+            for (i, corner) in frustum.corners.iter().enumerate() {
+                let on = [i & 1, 2 + (i >> 1 & 1), 4 + (i >> 2)];
+                for (p, plane) in frustum.planes.iter().enumerate() {
+                    let distance = if corner.w == 0.0 {
+                        plane.normal.dot(corner.truncate())
+                    } else {
+                        plane.distance(corner.truncate())
+                    };
+                    if on.contains(&p) {
+                        let at_infinity = p == 5 && far.is_infinite();
+                        assert!(at_infinity || distance.abs() < 1e-14, "{i} {p} {distance}");
+                    } else {
+                        assert!(distance > 0.1 || corner.w == 0.0, "{i} {p} {distance}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn planes_face_inward_with_unit_normals() {
+        let projection = Projection::Perspective { yfov: 1.0, near: 0.1, far: 100.0 };
+        let eye = DVec3::new(1e7, 3.0, -1e7);
+        let target = eye + DVec3::new(1.0, 2.0, 3.0);
+        let camera = Camera::look_at(eye, target, DVec3::Y, projection).unwrap();
+        let frustum = Frustum::from_camera(&camera, 16.0 / 9.0);
+        for plane in &frustum.planes {
+            assert!((plane.normal.length() - 1.0).abs() < 1e-15);
+            assert!(plane.distance(target - frustum.origin) > 0.0);
+        }
+        assert_eq!(frustum.origin, eye);
+        assert_eq!(frustum.relative_to_eye().origin, DVec3::ZERO);
+        assert_eq!(frustum.relative_to_eye().planes, frustum.planes);
+    }
+
+    #[test]
+    fn the_ends_enclose_the_distances_of_all_corners() {
+        let frustum =
+            Frustum::from_window(DVec3::ZERO, &sideways(), &window(Kind::Perspective, 9.0));
+        let bounds = Aabb { min: DVec3::new(-1.0, -7.0, 0.3), max: DVec3::new(2.0, 1e6, 0.4) };
+        for (i, plane) in frustum.planes.iter().enumerate() {
+            for corner in bounds.corners() {
+                let distance = plane.distance(corner);
+                assert!(frustum.nearest(i, &bounds) <= distance);
+                assert!(distance <= frustum.farthest(i, &bounds));
+            }
+        }
+    }
+
+    #[test]
+    fn an_outset_moves_planes_by_their_terms() {
+        let frustum =
+            Frustum::from_window(DVec3::ZERO, &sideways(), &window(Kind::Orthographic, 9.0));
+        let point = Aabb { min: DVec3::splat(4.0), max: DVec3::splat(4.0) };
+        let wide = frustum.outset(0.125);
+        // Near: depth -4 against 0.5; far: -4 against 9.
+        assert_eq!(wide.farthest(4, &point), -4.5 + 0.125 * 4.5);
+        assert_eq!(wide.nearest(5, &point), 13.0 - 0.125 * 13.0);
+        assert_eq!(frustum.outset(0.0).farthest(4, &point), frustum.farthest(4, &point));
+        assert_eq!(frustum.outset(f64::NAN).farthest(4, &point), frustum.farthest(4, &point));
+    }
+}
