@@ -202,7 +202,7 @@ mod tests {
 
     use super::*;
     use crate::reference;
-    use crate::testing::{Random, noise, plain};
+    use crate::testing::{Random, config, noise, plain};
 
     const CORNERS: [u32; 3] = [0, 1, 2];
 
@@ -275,7 +275,7 @@ mod tests {
     }
 
     proptest! {
-        #![proptest_config(ProptestConfig { cases: 300, ..ProptestConfig::default() })]
+        #![proptest_config(config(300))]
 
         #[test]
         fn every_kernel_agrees_with_the_reference(seed: u64) {

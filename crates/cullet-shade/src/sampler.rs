@@ -170,7 +170,7 @@ mod tests {
 
     use super::*;
     use crate::reference;
-    use crate::testing::{noise, plain};
+    use crate::testing::{config, noise, plain};
 
     const WRAPS: [Wrap; 3] = [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp];
 
@@ -274,7 +274,7 @@ mod tests {
     }
 
     proptest! {
-        #![proptest_config(ProptestConfig { cases: 4000, ..ProptestConfig::default() })]
+        #![proptest_config(config(4000))]
 
         #[test]
         fn agrees_with_the_reference(

@@ -1,6 +1,7 @@
 //! What tests share: seeded random numbers and small pictures.
 
 use cullet_scene::Image;
+use proptest::test_runner::{Config, RngSeed};
 
 /// SplitMix64 (Steele, Lea, Flood, "Fast Splittable Pseudorandom Number Generators", 2014).
 pub struct Random(u64);
@@ -39,4 +40,9 @@ pub fn noise(width: u32, height: u32, seed: u64) -> Image {
 pub fn plain(width: u32, height: u32, texel: [u8; 4]) -> Image {
     let rgba = texel.repeat(width as usize * height as usize);
     Image { width, height, rgba, ..Image::default() }
+}
+
+/// Properties are tried on the same cases in every run.
+pub fn config(cases: u32) -> Config {
+    Config { cases, rng_seed: RngSeed::Fixed(1), failure_persistence: None, ..Config::default() }
 }
