@@ -83,6 +83,17 @@ pub struct Window {
 }
 
 impl Window {
+    /// The view-space point at `distance` along the view axis that is seen `u` of the way from
+    /// the left border to the right one and `v` of the way from the upper border to the lower.
+    pub fn at(&self, u: f64, v: f64, distance: f64) -> DVec3 {
+        let x = self.left + (self.right - self.left) * u;
+        let y = self.top + (self.bottom - self.top) * v;
+        match self.kind {
+            Kind::Perspective => DVec3::new(x * distance, y * distance, -distance),
+            Kind::Orthographic => DVec3::new(x, y, -distance),
+        }
+    }
+
     /// The matrix from view space to clip space (see the convention table): reversed depth,
     /// infinite far as the limit of finite far, so that no plane is computed by subtracting
     /// nearly equal numbers. Source: the off-centre frustum of the OpenGL specification,

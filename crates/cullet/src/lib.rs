@@ -1,1 +1,51 @@
-//! stub
+//! A software rasterizer: one prepared scene and one view in, one frame out.
+//!
+//! ```
+//! use cullet::{Frame, Prepared, Renderer, Settings, View, Viewport, frame_scene, scene};
+//!
+//! let scene = scene::synth("sphere:16")?;
+//! let prepared = Prepared::new(scene)?;
+//! let viewport = Viewport::new(64, 48)?;
+//! let view = View::new(&frame_scene(&prepared, viewport.aspect()), viewport);
+//! let mut frame = Frame::default();
+//! let stats = Renderer::default().render(&prepared, &view, &Settings::default(), &mut frame);
+//! assert_eq!(frame.rgba8.len(), 64 * 48);
+//! assert!(stats.pixels_shaded > 0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! A frame is a function from values to values: it reads no file, prints nothing, and cannot
+//! fail. The same prepared scene, view and settings give the same bytes for every number of
+//! threads, with culling on or off, in debug and in release builds.
+
+mod frame;
+mod framing;
+mod items;
+mod legend;
+mod passes;
+mod prepared;
+mod raycast;
+mod renderer;
+mod schedule;
+mod settings;
+mod shading;
+mod stats;
+
+pub use frame::{Frame, Region};
+pub use framing::{DEFAULT_DIRECTION, frame_direction, frame_scene};
+pub use items::Item;
+pub use legend::{LegendEntry, legend};
+pub use passes::{Pass, Passes};
+pub use prepared::{PrepareError, Prepared};
+pub use renderer::Renderer;
+pub use settings::{CullTest, RendererKind, Settings};
+pub use stats::{FrameStats, ObjectCounters, Stages};
+
+pub use cullet_cull as cull;
+pub use cullet_raster as raster;
+pub use cullet_scene as scene;
+pub use cullet_shade as shade;
+pub use cullet_transform as transform;
+
+pub use cullet_shade::{Filter, Light, LightError, Shading};
+pub use cullet_transform::{Camera, CameraError, Projection, View, Viewport, ViewportError};

@@ -1,0 +1,110 @@
+//! The automatic camera: everything in the picture, and as large as it goes.
+//!
+//! For a fixed direction, a point lies inside the left border of a perspective picture exactly
+//! when `-x - t z <= -(ex + t ez)`-like linear inequalities hold for the eye `(ex, ey, ez)` in
+//! camera axes. Over all points only the extreme one per border matters, so the closest eye that
+//! sees everything follows from four maxima: no search, and no sphere around the scene.
+
+use cullet_cull::Aabb;
+use cullet_transform::{Camera, Projection};
+use glam::DVec3;
+
+use crate::Prepared;
+
+/// From the scene to the eye: a little from the right and from above.
+pub const DEFAULT_DIRECTION: DVec3 = DVec3::new(0.7, 0.45, 1.0);
+
+/// Vertical field of view of the automatic camera, radians.
+const YFOV: f64 = 45.0 * std::f64::consts::PI / 180.0;
+
+/// Share of the half picture that the scene may fill.
+const FILL: f64 = 0.95;
+
+/// The camera that frames everything from [`DEFAULT_DIRECTION`], for pictures `aspect` times as
+/// wide as high.
+pub fn frame_scene(prepared: &Prepared, aspect: f64) -> Camera {
+    frame_direction(prepared, aspect, DEFAULT_DIRECTION)
+}
+
+/// The camera that frames everything, looking against `direction` (world space, any length but
+/// 0). A scene with nothing to draw gets a camera at distance 1 from the origin.
+pub fn frame_direction(prepared: &Prepared, aspect: f64, direction: DVec3) -> Camera {
+    let lens = |near| Projection::Perspective { yfov: YFOV, near, far: f64::INFINITY };
+    let up = if direction.cross(DVec3::Y).length() > 1e-6 * direction.length() {
+        DVec3::Y
+    } else {
+        DVec3::NEG_Z
+    };
+    let looking = |eye: DVec3, near| Camera::look_at(eye, eye - direction, up, lens(near));
+    let default = || {
+        let lens = lens(0.01);
+        let eye = DEFAULT_DIRECTION.normalize();
+        Camera::look_at(eye, DVec3::ZERO, DVec3::Y, lens)
+            .unwrap_or_else(|_| unreachable!("the default camera is a possible one"))
+    };
+    let Ok(axes) = looking(DVec3::ZERO, 1.0) else { return default() };
+    let tangent_y = libm::tan(0.5 * YFOV) * FILL;
+    let tangent_x = tangent_y * aspect;
+    let bounds = prepared.bounds();
+    if bounds.is_empty() || bounds.is_nan() {
+        return default();
+    }
+
+    // Everything is measured from the middle of the scene, which keeps digits far from the origin.
+    let middle = bounds.center();
+    let middle = if middle.is_finite() { middle } else { DVec3::ZERO };
+    let (right, up, back) = (axes.right(), axes.up(), axes.back());
+    let normals = [
+        right + back * tangent_x,
+        -right + back * tangent_x,
+        up + back * tangent_y,
+        -up + back * tangent_y,
+        back,
+    ];
+    let [r, l, t, b, front] = extremes(prepared, middle, normals);
+    let distance_x = (r + l) / (2.0 * tangent_x);
+    let distance_y = (t + b) / (2.0 * tangent_y);
+    let size = r + l + t + b;
+    if !size.is_finite() {
+        return default();
+    }
+    let mut distance = if distance_x > distance_y { distance_x } else { distance_y };
+    // A scene without width (a point, or an edge seen end on) still gets some room.
+    let closest = front + if size > 0.0 { 0.02 * size } else { 1.0 };
+    distance = if distance > closest { distance } else { closest };
+    let eye = middle + right * (0.5 * (r - l)) + up * (0.5 * (t - b)) + back * distance;
+    let near = 0.9 * (distance - front);
+    looking(eye, near).unwrap_or_else(|_| default())
+}
+
+/// The largest dot product of any drawn vertex (relative to `origin`) with each normal. Objects
+/// whose box cannot beat what is known are not looked into.
+fn extremes(prepared: &Prepared, origin: DVec3, normals: [DVec3; 5]) -> [f64; 5] {
+    let mut largest = [f64::NEG_INFINITY; 5];
+    for item in prepared.items() {
+        let bounds: &Aabb = &item.bounds;
+        let may_win = (0..5).any(|i| {
+            let reach = (bounds.farthest_along(normals[i]) - origin).dot(normals[i]);
+            // Anything but a sure loss: NaN too.
+            !matches!(reach.partial_cmp(&largest[i]), Some(std::cmp::Ordering::Less))
+        });
+        if !may_win {
+            continue;
+        }
+        let mesh = prepared.mesh(item);
+        for &i in mesh.triangles.iter().flatten() {
+            let point = mesh.positions[i as usize].as_dvec3();
+            let point = item.world_from_model.transform_point3(point) - origin;
+            if !point.is_finite() {
+                continue;
+            }
+            for (largest, normal) in largest.iter_mut().zip(&normals) {
+                let reach = point.dot(*normal);
+                if reach > *largest {
+                    *largest = reach;
+                }
+            }
+        }
+    }
+    largest
+}

@@ -1,0 +1,109 @@
+//! A scene made ready: everything that does not depend on the view, computed once.
+
+use std::sync::Arc;
+
+use cullet_cull::Aabb;
+use cullet_raster::NO_TRIANGLE;
+use cullet_scene::{Mesh, Scene, TextureRef};
+use cullet_shade::{Mips, Surface, Texture};
+
+use crate::Item;
+
+/// Why a scene cannot be prepared.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum PrepareError {
+    /// More triangles than there are ids.
+    #[error("{scene}: draws {n_triangles} triangles; at most {} can be drawn", NO_TRIANGLE)]
+    TooManyTriangles {
+        /// Name of the scene.
+        scene: String,
+        /// Triangles of all objects, instances counted each.
+        n_triangles: u64,
+    },
+}
+
+/// A scene with boxes, texture pyramids and kernels.
+#[derive(Debug)]
+pub struct Prepared {
+    scene: Scene,
+    textures: Vec<Texture>,
+    items: Vec<Item>,
+}
+
+impl Prepared {
+    /// Prepares every object. Boxes are computed from the vertices, whatever a file claims.
+    pub fn new(mut scene: Scene) -> Result<Self, PrepareError> {
+        let n_triangles: u64 =
+            scene.objects.iter().map(|o| scene.meshes[o.mesh].triangles.len() as u64).sum();
+        if n_triangles >= u64::from(NO_TRIANGLE) {
+            return Err(PrepareError::TooManyTriangles { scene: scene.name, n_triangles });
+        }
+        let bounds: Vec<Aabb> = scene.meshes.iter().map(mesh_bounds).collect();
+        let mut first_triangle = 0;
+        let items = scene.objects.iter().map(|object| {
+            let mesh = &scene.meshes[object.mesh];
+            let material = &scene.materials[object.material];
+            let item = Item::new(object, mesh, material, &bounds[object.mesh], first_triangle);
+            first_triangle += item.n_triangles;
+            item
+        });
+        let items = items.collect();
+        let textures = textures(&mut scene);
+        Ok(Prepared { scene, textures, items })
+    }
+
+    /// The scene as loaded (its image bytes have moved into the texture pyramids).
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// The objects, in scene order.
+    pub fn items(&self) -> &[Item] {
+        &self.items
+    }
+
+    /// World-space box around everything.
+    pub fn bounds(&self) -> Aabb {
+        self.items.iter().fold(Aabb::EMPTY, |all, item| all.union(&item.bounds))
+    }
+
+    /// Index of the item that global triangle `id` belongs to.
+    pub(crate) fn item_of(&self, id: u32) -> usize {
+        self.items.partition_point(|item| item.first_triangle <= id) - 1
+    }
+
+    pub(crate) fn mesh(&self, item: &Item) -> &Mesh {
+        &self.scene.meshes[item.mesh]
+    }
+
+    /// What a kernel reads of an item.
+    pub(crate) fn surface(&self, item: &Item) -> Surface<'_> {
+        let material = &self.scene.materials[item.material];
+        let texture = material.base_color_texture.as_ref();
+        Surface {
+            mesh: self.mesh(item),
+            material,
+            texture: texture.map(|TextureRef { texture, .. }| &self.textures[*texture]),
+            world_from_model: item.world_from_model,
+            normal_world_from_model: item.normal_world_from_model,
+        }
+    }
+}
+
+/// The box of the corners that triangles use; points no triangle uses draw nothing.
+fn mesh_bounds(mesh: &Mesh) -> Aabb {
+    let mut used = vec![false; mesh.positions.len()];
+    for &i in mesh.triangles.iter().flatten() {
+        used[i as usize] = true;
+    }
+    let corners = mesh.positions.iter().zip(&used).filter(|(_, used)| **used);
+    Aabb::from_points(corners.map(|(p, _)| p.as_dvec3()))
+}
+
+/// Moves the pixels of each image into a pyramid that its textures share.
+fn textures(scene: &mut Scene) -> Vec<Texture> {
+    let images = scene.images.iter_mut().map(std::mem::take);
+    let mips: Vec<Arc<Mips>> = images.map(|image| Arc::new(Mips::new(image))).collect();
+    let textures = scene.textures.iter();
+    textures.map(|t| Texture::shared(Arc::clone(&mips[t.image]), t.sampler)).collect()
+}

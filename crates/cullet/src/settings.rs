@@ -1,0 +1,68 @@
+//! How well and how to draw, as against what (`Prepared`) and from where (`View`).
+
+use cullet_shade::{Filter, Light, Shading};
+use glam::Vec4;
+
+use crate::{Passes, Region};
+
+/// The knobs of a frame. None but `shading`, `background`, `light` and `filter` changes
+/// a colour; `cull` and `threads` change only how long it takes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// How surfaces answer to light.
+    pub shading: Shading,
+    /// Which pictures to make.
+    pub passes: Passes,
+    /// Linear RGBA where nothing is; alpha is straight.
+    pub background: Vec4,
+    /// The sun and the even light around it.
+    pub light: Light,
+    /// How textures are filtered.
+    pub filter: Filter,
+    /// The test that throws out objects before any vertex work.
+    pub cull: CullTest,
+    /// Worker threads; 0 means one per core.
+    pub threads: usize,
+    /// Who finds what is visible.
+    pub renderer: RendererKind,
+    /// The part of the picture to draw; `None` means all of it.
+    pub region: Option<Region>,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings {
+            shading: Shading::Lambert,
+            passes: Passes::COLOR,
+            background: Vec4::new(0.02, 0.03, 0.05, 1.0),
+            light: Light::default(),
+            filter: Filter::Trilinear,
+            cull: CullTest::PVertex,
+            threads: 0,
+            renderer: RendererKind::Raster,
+            region: None,
+        }
+    }
+}
+
+/// The test that throws out objects. Never changes a pixel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CullTest {
+    /// Draw everything.
+    None,
+    /// One corner of the box against each plane of the view.
+    PVertex,
+}
+
+/// Who finds what is visible.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RendererKind {
+    /// The rasterizer.
+    Raster,
+    /// The plain ray caster, in f64; slow, for checking.
+    Raycast {
+        /// Cast against triangles moved to their snapped screen positions, as the rasterizer
+        /// sees them, or against the true ones.
+        snapped: bool,
+    },
+}

@@ -1,0 +1,209 @@
+//! From visible triangles to pixels: the second half of a frame.
+//!
+//! The rasterizer and the ray caster both end here, so they differ in what they find visible
+//! and nowhere else.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+use cullet_raster::Fragment;
+use cullet_shade::{Kernel, Surface, base_color, srgb, uv, world_normal, world_position};
+use glam::{DMat4, DVec3, Vec4};
+
+use crate::frame::Band;
+use crate::schedule::for_each;
+use crate::{Frame, Item, Pass, Prepared, Region, Settings, View};
+
+/// Rows per job: small enough to keep every core busy, large enough not to be noticed.
+const BAND_ROWS: usize = 16;
+
+/// The triangle that some pixels of a row show.
+pub(crate) struct VisibleTriangle<'a> {
+    pub item: &'a Item,
+    pub item_idx: usize,
+    pub surface: Surface<'a>,
+    pub corners: [u32; 3],
+    pub front: bool,
+}
+
+impl<'a> VisibleTriangle<'a> {
+    /// Triangle `id` of the whole scene, seen from its front or not.
+    pub(crate) fn new(prepared: &'a Prepared, id: u32, front: bool) -> Self {
+        let item_idx = prepared.item_of(id);
+        let item = &prepared.items()[item_idx];
+        let surface = prepared.surface(item);
+        let corners = surface.mesh.triangles[(id - item.first_triangle) as usize];
+        VisibleTriangle { item, item_idx, surface, corners, front }
+    }
+
+    /// Model-space corners.
+    pub(crate) fn positions(&self) -> [DVec3; 3] {
+        self.corners.map(|i| self.surface.mesh.positions[i as usize].as_dvec3())
+    }
+}
+
+/// Runs of pixels of one row that show one triangle: `emit(first x, triangle, fragments)`.
+/// Coordinates are those of the whole picture. Pixels never emitted show the background.
+pub(crate) trait Visible: Sync {
+    /// Finds what the pixels `xs` of row `y` show.
+    fn row<'a>(
+        &'a self,
+        y: u32,
+        xs: std::ops::Range<u32>,
+        fragments: &mut Vec<Fragment>,
+        emit: &mut dyn FnMut(u32, &VisibleTriangle<'a>, &[Fragment]),
+    );
+}
+
+/// What shading did.
+pub(crate) struct Shaded {
+    pub n_pixels: u64,
+    pub shade: Duration,
+    pub resolve: Duration,
+}
+
+/// Fills every pass of `frame` from what `visible` finds.
+pub(crate) fn shade(
+    visible: &impl Visible,
+    view: &View,
+    settings: &Settings,
+    threads: usize,
+    region: Region,
+    frame: &mut Frame,
+) -> Shaded {
+    let start = Instant::now();
+    let (n_pixels, shade_ns, resolve_ns) =
+        (AtomicU64::new(0), AtomicU64::new(0), AtomicU64::new(0));
+    let shader = Shader { view, settings };
+    for_each(threads, frame.bands(BAND_ROWS).into_iter(), |mut band| {
+        let start = Instant::now();
+        let mut colors = Colors::new(settings, &band);
+        n_pixels.fetch_add(
+            shader.shade_band(visible, region, &mut band, &mut colors),
+            Ordering::Relaxed,
+        );
+        let middle = Instant::now();
+        colors.resolve(&mut band);
+        shade_ns.fetch_add((middle - start).as_nanos() as u64, Ordering::Relaxed);
+        resolve_ns.fetch_add(middle.elapsed().as_nanos() as u64, Ordering::Relaxed);
+    });
+    // Threads share the wall time in the proportion of their work.
+    let (shade_ns, resolve_ns) = (shade_ns.into_inner() as f64, resolve_ns.into_inner() as f64);
+    let wall = start.elapsed();
+    let resolve = wall.mul_f64(resolve_ns / (shade_ns + resolve_ns).max(1.0));
+    Shaded { n_pixels: n_pixels.into_inner(), shade: wall - resolve, resolve }
+}
+
+struct Shader<'a> {
+    view: &'a View,
+    settings: &'a Settings,
+}
+
+impl Shader<'_> {
+    fn shade_band(
+        &self,
+        visible: &impl Visible,
+        region: Region,
+        band: &mut Band<'_>,
+        colors: &mut Colors,
+    ) -> u64 {
+        let mut fragments = Vec::new();
+        let mut n_pixels = 0;
+        for row in 0..band.rows {
+            let y = region.y + (band.first_row + row) as u32;
+            let xs = region.x..region.x + region.width;
+            visible.row(y, xs, &mut fragments, &mut |x, triangle, fragments| {
+                n_pixels += fragments.len() as u64;
+                let start = row * band.width + (x - region.x) as usize;
+                self.shade_run(band, colors, start, triangle, fragments);
+            });
+        }
+        n_pixels
+    }
+
+    fn shade_run(
+        &self,
+        band: &mut Band<'_>,
+        colors: &mut Colors,
+        start: usize,
+        triangle: &VisibleTriangle<'_>,
+        fragments: &[Fragment],
+    ) {
+        let range = start..start + fragments.len();
+        let VisibleTriangle { item, surface, corners, front, .. } = *triangle;
+        let (settings, passes) = (self.settings, self.settings.passes);
+        let filter = settings.filter;
+        if passes.needs_color() {
+            let kernel: Kernel = item.kernel(settings.shading);
+            let out = &mut colors.linear[range.clone()];
+            kernel(&surface, corners, front, &settings.light, filter, fragments, out);
+        }
+        if passes.contains(Pass::Depth) {
+            let distances = self.distances(triangle);
+            fill(band.depth, &range, fragments, |f| {
+                let [a, b, c] = f.weights.to_array().map(f64::from);
+                (a * distances[0] + b * distances[1] + c * distances[2]) as f32
+            });
+        }
+        if passes.contains(Pass::Normal) {
+            fill(band.normal, &range, fragments, |f| world_normal(&surface, corners, front, f));
+        }
+        if passes.contains(Pass::Albedo) {
+            fill(band.albedo, &range, fragments, |f| base_color(&surface, corners, f, filter));
+        }
+        if passes.contains(Pass::Uv) {
+            fill(band.uv, &range, fragments, |f| uv(&surface, corners, f));
+        }
+        if passes.contains(Pass::Position) {
+            fill(band.position, &range, fragments, |f| world_position(&surface, corners, f));
+        }
+        if passes.contains(Pass::Id) {
+            fill(band.id, &range, fragments, |_| triangle.item_idx as u32 + 1);
+        }
+    }
+
+    /// Distance of the corners along the view axis, scene units.
+    fn distances(&self, triangle: &VisibleTriangle<'_>) -> [f64; 3] {
+        let view_from_model = self.view.view_from_model(&triangle.item.world_from_model);
+        let row = DMat4::from(view_from_model).row(2);
+        triangle.positions().map(|p| -row.dot(p.extend(1.0)))
+    }
+}
+
+fn fill<T>(
+    pass: &mut [T],
+    range: &std::ops::Range<usize>,
+    fragments: &[Fragment],
+    mut value: impl FnMut(&Fragment) -> T,
+) {
+    for (out, fragment) in pass[range.clone()].iter_mut().zip(fragments) {
+        *out = value(fragment);
+    }
+}
+
+/// The linear colours of a band, before they are encoded.
+struct Colors {
+    linear: Vec<Vec4>,
+}
+
+impl Colors {
+    fn new(settings: &Settings, band: &Band<'_>) -> Self {
+        let len = if settings.passes.needs_color() { band.rows * band.width } else { 0 };
+        Colors { linear: vec![settings.background; len] }
+    }
+
+    fn resolve(&self, band: &mut Band<'_>) {
+        for (out, color) in band.rgba8.iter_mut().zip(&self.linear) {
+            *out = encode(*color);
+        }
+        if !band.linear.is_empty() {
+            band.linear.copy_from_slice(&self.linear);
+        }
+    }
+}
+
+/// Linear RGBA to 8-bit sRGB with linear alpha.
+fn encode(color: Vec4) -> [u8; 4] {
+    let alpha = (color.w * 255.0).round_ties_even() as u8; // saturates, NaN is 0
+    [srgb::encode8(color.x), srgb::encode8(color.y), srgb::encode8(color.z), alpha]
+}

@@ -1,0 +1,54 @@
+//! What a frame did and how long each part took.
+
+use std::time::Duration;
+
+use cullet_raster::SetupCounters;
+
+/// Counters and times of one frame.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct FrameStats {
+    /// From the start of culling to pixels in memory.
+    pub total: Duration,
+    /// Where the time went.
+    pub stages: Stages,
+    /// Boxes tested against the view.
+    pub boxes_tested: u64,
+    /// What became of the objects.
+    pub objects: ObjectCounters,
+    /// What became of the triangles of the objects that were drawn.
+    pub triangles: SetupCounters,
+    /// Samples that a triangle won, later losers included.
+    pub samples_written: u64,
+    /// Pixels that show something.
+    pub pixels_shaded: u64,
+    /// Bytes of the renderer's own buffers (without the frame).
+    pub scratch_bytes: u64,
+}
+
+/// Wall time per stage.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Stages {
+    /// Boxes against the view.
+    pub cull: Duration,
+    /// Transform, clip, snap, set up.
+    pub geometry: Duration,
+    /// Coverage and depth.
+    pub raster: Duration,
+    /// Kernels and data passes.
+    pub shade: Duration,
+    /// Linear colour to 8-bit sRGB.
+    pub resolve: Duration,
+}
+
+/// What became of the objects.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ObjectCounters {
+    /// Objects in the scene.
+    pub n_in: u64,
+    /// Objects without a single drawable triangle.
+    pub n_empty: u64,
+    /// Thrown out: outside the view.
+    pub n_outside: u64,
+    /// Handed to the rasterizer.
+    pub n_drawn: u64,
+}
