@@ -79,15 +79,14 @@ impl Root {
     }
 
     fn read_first_of(&self, names: &[&str]) -> Result<Vec<u8>, LoadError> {
-        let shown = names[0];
-        for name in names {
-            match self.read_below(name) {
-                Err(FileError::Io(error)) if error.kind() == io::ErrorKind::NotFound => {}
-                Err(error) => return Err(error.into_load_error(shown, OUTSIDE_REMEDY)),
-                Ok(bytes) => return Ok(bytes),
+        let not_found = |result: &Result<_, FileError>| matches!(result, Err(FileError::Io(error)) if error.kind() == io::ErrorKind::NotFound);
+        let mut result = self.read_below(names[0]);
+        for name in &names[1..] {
+            if not_found(&result) {
+                result = self.read_below(name);
             }
         }
-        Err(FileError::Io(io::ErrorKind::NotFound.into()).into_load_error(shown, ""))
+        result.map_err(|error| error.into_load_error(names[0], OUTSIDE_REMEDY))
     }
 
     fn read_below(&self, name: &str) -> Result<Vec<u8>, FileError> {
@@ -164,9 +163,8 @@ impl FileError {
 /// Decodes what follows `data:`. Newlines and blanks inside base64 are skipped, padding
 /// is optional, and the URL-safe alphabet is understood as well.
 fn decode_data_uri(data: &str) -> Result<Vec<u8>, LoadError> {
-    let invalid = |problem: String| {
-        LoadError::invalid("data URI", "", problem, "export the file again")
-    };
+    let invalid =
+        |problem: String| LoadError::invalid("data URI", "", problem, "export the file again");
     let Some((kind, payload)) = data.split_once(',') else {
         return Err(invalid("has no comma".into()));
     };

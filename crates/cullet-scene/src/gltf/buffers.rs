@@ -43,13 +43,15 @@ fn fallback_of(buffer: &::gltf::json::Buffer) -> Option<&'static str> {
 
 /// A missing buffer is the fault of the scene, so both files are named.
 fn within(name: &str, buffer: usize, error: LoadError) -> LoadError {
+    let place = format!("buffer {buffer}");
     match error {
-        limit @ LoadError::Limit { .. } => limit,
-        other => LoadError::invalid(
-            name,
-            format!("buffer {buffer}"),
-            other.to_string(),
-            "put the missing file beside the scene",
-        ),
+        LoadError::Read { path, source } => {
+            let problem = format!("{path} cannot be read: {source}");
+            LoadError::invalid(name, place, problem, "put the file beside the scene")
+        }
+        LoadError::Invalid { path, problem, remedy, .. } => {
+            LoadError::invalid(name, place, format!("{path} {problem}"), remedy)
+        }
+        other => other,
     }
 }

@@ -50,6 +50,7 @@ pub(super) fn read<'a>(bytes: &'a [u8], name: &str) -> Result<Document<'a>, Load
     let root = read_root(value).map_err(|(place, problem)| invalid(&place, problem))?;
 
     let extensions = extensions::treat(name, &root.extensions_used, &root.extensions_required)?;
+    extensions::check_textures(name, &root)?;
     if let Some((path, complaint)) = first_complaint(&root) {
         return Err(invalid(&path, complaint));
     }

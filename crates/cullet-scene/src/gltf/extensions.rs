@@ -1,5 +1,7 @@
 //! What does Cullet make of each extension?
 
+use ::gltf::json::{Root, Texture};
+
 use crate::{Extension, LoadError, Treatment};
 
 /// Lists the extensions that a file names, or refuses the file for one that it requires
@@ -25,15 +27,33 @@ pub(super) fn treat(
     Ok(extensions)
 }
 
+/// Refuses a file that requires an image format which Cullet lacks, unless every texture
+/// has a fallback.
+pub(super) fn check_textures(name: &str, root: &Root) -> Result<(), LoadError> {
+    for extension in root.extensions_required.iter().filter(|name| is_image_format(name)) {
+        let lacks_fallback = |texture: &Texture| {
+            let extensions = texture.extensions.as_ref();
+            let named = extensions.is_some_and(|all| all.others.contains_key(extension.as_str()));
+            named && texture.source.value() >= root.images.len()
+        };
+        if root.textures.iter().any(lacks_fallback) {
+            return Err(unsupported(name, extension));
+        }
+    }
+    Ok(())
+}
+
+fn is_image_format(extension: &str) -> bool {
+    matches!(extension, "KHR_texture_basisu" | "EXT_texture_avif" | "MSFT_texture_dds")
+}
+
 /// The refusal of a file that cannot be drawn without `extension`.
 pub(super) fn unsupported(name: &str, extension: &str) -> LoadError {
     let remedy = match extension {
         DRACO | "EXT_meshopt_compression" | "KHR_meshopt_compression" => {
             "save the model again without mesh compression"
         }
-        "KHR_texture_basisu" | "EXT_texture_avif" | "MSFT_texture_dds" => {
-            "save the model again with PNG, JPEG or WebP images"
-        }
+        _ if is_image_format(extension) => "save the model again with PNG, JPEG or WebP images",
         _ => "save the model again without it",
     };
     LoadError::Unsupported { path: name.into(), extension: extension.into(), remedy: remedy.into() }
@@ -44,8 +64,8 @@ pub(super) const DRACO: &str = "KHR_draco_mesh_compression";
 
 /// `None`: a file that requires it is refused.
 ///
-/// Texture formats count as known: the fallback image is drawn, and a texture without one
-/// is refused or marked where it is used.
+/// Image formats count as known, because textures may have a fallback; see
+/// [`check_textures`].
 fn treatment(extension: &str) -> Option<Treatment> {
     Some(match extension {
         "EXT_mesh_gpu_instancing"
@@ -66,7 +86,7 @@ fn treatment(extension: &str) -> Option<Treatment> {
         | "KHR_xmp"
         | "KHR_xmp_json_ld"
         | "MSFT_lod" => Treatment::Ignored,
-        "KHR_texture_basisu" | "EXT_texture_avif" | "MSFT_texture_dds" => Treatment::Ignored,
+        _ if is_image_format(extension) => Treatment::Ignored,
         _ if KNOWN_MATERIALS.contains(&extension) => Treatment::Approximated,
         _ => return None,
     })

@@ -101,7 +101,8 @@ impl Output {
             let problem = format!("nothing can be drawn: {damage}");
             return Err(LoadError::invalid(name, "", problem, "export the model again"));
         }
-        self.scene.left_out = self.left_out.iter().map(|(what, n)| format!("{n} {what}")).collect();
+        self.scene.left_out =
+            self.left_out.iter().map(|(what, n)| format!("{what}: {n}")).collect();
         Ok(self.scene)
     }
 }

@@ -111,6 +111,9 @@ fn roots(input: &Input<'_>, output: &mut Output) -> Vec<usize> {
     if !root.nodes.is_empty() {
         output.warn("scenes", "there are none; all nodes without a parent are drawn");
     }
+    if !is_child.contains(&false) {
+        is_child.fill(false); // Everything is in a cycle, and the walk will say so.
+    }
     (0..is_child.len()).filter(|&i| !is_child[i]).collect()
 }
 
