@@ -10,8 +10,11 @@ mod gltf;
 mod load;
 mod obj;
 mod options;
+pub mod synth;
+mod write;
 
 pub use data::*;
 pub use error::{ErrorKind, LoadError};
 pub use load::{load, load_glb_bytes};
 pub use options::LoadOptions;
+pub use write::{WriteError, write_glb};
