@@ -104,7 +104,10 @@ const SPARE_BYTES: u64 = 1 << 26;
 
 /// 8x8 pixels of magenta and black.
 fn placeholder() -> Image {
-    let pixel = |i: usize| if (i + i / 8) % 2 == 0 { [255, 0, 255, 255] } else { [0, 0, 0, 255] };
+    let pixel = |i: usize| match (i + i / 8) % 2 {
+        0 => [255, 0, 255, 255],
+        _ => [0, 0, 0, 255],
+    };
     let rgba = (0..64).flat_map(pixel).collect();
     Image { width: 8, height: 8, rgba, placeholder: true, ..Image::default() }
 }

@@ -6,22 +6,24 @@ use glam::{DAffine3, DVec3};
 use serde_json::Value;
 
 use super::accessor::Accessor;
-use super::{Input, Output, document, name_or, nodes};
+use super::{Input, Output, document, nodes};
 use crate::LoadError;
 
-/// World from model for every instance: one, unless the extension says otherwise.
+/// World from model for every instance of node `node` of the scene, which is `json` in the
+/// file: one, unless the extension says otherwise.
 pub(super) fn of(
     input: &Input<'_>,
     output: &mut Output,
+    node: usize,
     json: &Node,
-    world_from_node: DAffine3,
 ) -> Result<Vec<DAffine3>, LoadError> {
+    let world_from_node = output.scene.nodes[node].world_from_node;
     let extension =
         json.extensions.as_ref().and_then(|all| all.others.get("EXT_mesh_gpu_instancing"));
     let Some(attributes) = extension.and_then(|extension| extension.get("attributes")) else {
         return Ok(vec![world_from_node]);
     };
-    let place = format!("node `{}`", name_or(&json.name, "of mesh", 0));
+    let place = format!("node `{}`", output.scene.nodes[node].name);
     let [translations, rotations, scales] = match open(input, attributes) {
         Ok(accessors) => accessors,
         Err(problem) => {

@@ -19,9 +19,8 @@ pub(super) fn load(
     for (node, visit) in visits.iter().enumerate().filter(|(_, visit)| visit.visible) {
         let json = &root.nodes[visit.file_index];
         let Some(mesh) = json.mesh.map(|mesh| mesh.value()) else { continue };
-        let world_from_node = output.scene.nodes[node].world_from_node;
-        let world_from_instances = instances::of(input, output, json, world_from_node)?;
-        let pose = pose::Pose::of(input, output, &joints, json);
+        let world_from_instances = instances::of(input, output, node, json)?;
+        let pose = pose::Pose::of(input, output, &joints, node, json);
         let indices = match &pose {
             Some(pose) => load_mesh(input, output, mesh, Some(pose))?,
             None => match &loaded[mesh] {

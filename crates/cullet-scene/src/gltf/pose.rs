@@ -12,7 +12,7 @@ use glam::{DAffine3, DMat3, DMat4, DVec3, Vec3};
 use super::accessor::Accessor;
 use super::nodes::Visit;
 use super::primitive::{Rows, open_optional};
-use super::{Input, Output, name_or};
+use super::{Input, Output};
 use crate::Mesh;
 
 /// World from node, for every node of the file that is in the scene.
@@ -36,11 +36,13 @@ pub(super) struct Pose<'a> {
 }
 
 impl<'a> Pose<'a> {
-    /// `None`: the mesh is drawn as it is.
+    /// The pose of node `node` of the scene, which is `json` in the file. `None`: its mesh is
+    /// drawn as it is.
     pub fn of(
         input: &Input<'a>,
         output: &mut Output,
         joints: &Joints,
+        node: usize,
         json: &'a Node,
     ) -> Option<Pose<'a>> {
         let root = &input.document.root;
@@ -48,7 +50,7 @@ impl<'a> Pose<'a> {
         let weights =
             json.weights.as_ref().or(mesh.weights.as_ref()).map_or(&[][..], Vec::as_slice);
         let weights = if weights.iter().any(|&weight| weight != 0.0) { weights } else { &[] };
-        let world_from_joints = world_from_joints(input, output, joints, json);
+        let world_from_joints = world_from_joints(input, output, joints, node, json);
         if weights.is_empty() && world_from_joints.is_empty() {
             return None;
         }
@@ -144,11 +146,12 @@ fn world_from_joints(
     input: &Input<'_>,
     output: &mut Output,
     joints: &Joints,
+    node: usize,
     json: &Node,
 ) -> Vec<DAffine3> {
     let root = &input.document.root;
     let Some(skin) = json.skin.and_then(|skin| root.get(skin)) else { return Vec::new() };
-    let place = format!("skin of node `{}`", name_or(&json.name, "with mesh", 0));
+    let place = format!("skin of node `{}`", output.scene.nodes[node].name);
     let inverse_binds = match skin.inverse_bind_matrices {
         None => None,
         Some(index) => match Accessor::open(root, input.buffers, index) {

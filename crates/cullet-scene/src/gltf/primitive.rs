@@ -63,6 +63,12 @@ pub(super) fn load(
             }
         },
     };
+    // The largest value of an index type is reserved (it restarts strips elsewhere).
+    let n_valid = match indices.as_ref().map(|indices| indices.component) {
+        Some(ComponentType::U8) => positions.count.min(u8::MAX.into()),
+        Some(ComponentType::U16) => positions.count.min(u16::MAX.into()),
+        _ => positions.count,
+    };
     let n_corners = indices.as_ref().map_or(positions.count, |indices| indices.count);
     let n_triangles = assembly.n_triangles(n_corners);
     count_triangles(input, output, n_triangles)?;
@@ -72,7 +78,7 @@ pub(super) fn load(
             Some(indices) => indices.integer(corner).into(),
             None => corner,
         });
-        if corners.iter().all(|&corner| corner < positions.count) {
+        if corners.iter().all(|&corner| corner < n_valid) {
             triangles.push(corners.map(|corner| corner as u32));
         }
     }
@@ -184,7 +190,7 @@ fn warn_about_triangles(
     }
     if n_corners < 3 {
         output.warn(place, format_args!("has {n_corners} corners and so no triangle; left out"));
-    } else if assembly == Assembly::List && n_corners % 3 != 0 {
+    } else if assembly == Assembly::List && !n_corners.is_multiple_of(3) {
         output.warn(place, "ends within a triangle; the rest of it is left out");
     }
 }
