@@ -69,13 +69,13 @@ fn read_bytes(input: &Input<'_>, json: &ImageJson) -> Result<Vec<u8>, LoadError>
     }
 }
 
-enum Failure {
+pub(crate) enum Failure {
     Damaged(String),
     TooBig,
 }
 
 /// Decodes PNG, JPEG or WebP to RGBA with 8 bits, and takes its size off `pixels_left`.
-fn decode_one(bytes: &[u8], pixels_left: &mut u64) -> Result<Image, Failure> {
+pub(crate) fn decode_one(bytes: &[u8], pixels_left: &mut u64) -> Result<Image, Failure> {
     let damaged =
         |error: image::ImageError| Failure::Damaged(format!("cannot be decoded: {error}"));
     let format = match image::guess_format(bytes) {
@@ -103,7 +103,7 @@ const MAX_BYTES_PER_PIXEL: u64 = 16;
 const SPARE_BYTES: u64 = 1 << 26;
 
 /// 8x8 pixels of magenta and black.
-fn placeholder() -> Image {
+pub(crate) fn placeholder() -> Image {
     let pixel = |i: usize| match (i + i / 8) % 2 {
         0 => [255, 0, 255, 255],
         _ => [0, 0, 0, 255],

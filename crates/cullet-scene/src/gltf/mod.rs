@@ -14,7 +14,7 @@ mod buffers;
 mod container;
 mod document;
 mod extensions;
-mod images;
+pub(crate) mod images;
 mod instances;
 mod materials;
 mod nodes;
