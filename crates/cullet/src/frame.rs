@@ -41,6 +41,8 @@ pub struct Frame {
     pub position: Vec<Vec3>,
     /// [`Pass::Id`]: object number + 1; 0 where nothing is.
     pub id: Vec<u32>,
+    /// [`Pass::Triangle`]: triangle number + 1; 0 where nothing is.
+    pub triangle: Vec<u32>,
 }
 
 impl Frame {
@@ -61,6 +63,7 @@ impl Frame {
         let (rgba8, linear, depth) = (len(Pass::Color), len(Pass::Linear), len(Pass::Depth));
         let (normal, albedo, uv) = (len(Pass::Normal), len(Pass::Albedo), len(Pass::Uv));
         let (position, id) = (len(Pass::Position), len(Pass::Id));
+        let triangle = len(Pass::Triangle);
         refill(&mut self.rgba8, rgba8, [0; 4]);
         refill(&mut self.linear, linear, Vec4::ZERO);
         refill(&mut self.depth, depth, f32::INFINITY);
@@ -69,6 +72,7 @@ impl Frame {
         refill(&mut self.uv, uv, Vec2::ZERO);
         refill(&mut self.position, position, Vec3::ZERO);
         refill(&mut self.id, id, 0);
+        refill(&mut self.triangle, triangle, 0);
     }
 
     /// Splits the pictures into bands of `rows` rows each.
@@ -83,6 +87,7 @@ impl Frame {
         let mut uv = split(&mut self.uv, width * rows);
         let mut position = split(&mut self.position, width * rows);
         let mut id = split(&mut self.id, width * rows);
+        let mut triangle = split(&mut self.triangle, width * rows);
         let band = |i: usize| Band {
             first_row: i * rows,
             rows: rows.min(self.height as usize - i * rows),
@@ -95,6 +100,7 @@ impl Frame {
             uv: uv(),
             position: position(),
             id: id(),
+            triangle: triangle(),
         };
         (0..n_bands).map(band).collect()
     }
@@ -113,6 +119,7 @@ pub(crate) struct Band<'a> {
     pub uv: &'a mut [Vec2],
     pub position: &'a mut [Vec3],
     pub id: &'a mut [u32],
+    pub triangle: &'a mut [u32],
 }
 
 fn refill<T: Copy>(buffer: &mut Vec<T>, len: usize, value: T) {

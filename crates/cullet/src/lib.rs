@@ -3,7 +3,7 @@
 //! ```
 //! use cullet::{Frame, Prepared, Renderer, Settings, View, Viewport, frame_scene, scene};
 //!
-//! let scene = scene::synth("sphere:16")?;
+//! let scene = scene::synth::synth("sphere:16")?;
 //! let prepared = Prepared::new(scene)?;
 //! let viewport = Viewport::new(64, 48)?;
 //! let view = View::new(&frame_scene(&prepared, viewport.aspect()), viewport);

@@ -20,11 +20,13 @@ pub enum Pass {
     Position,
     /// Object number in scene order.
     Id,
+    /// Triangle number: over all objects in scene order, and within an object as in its mesh.
+    Triangle,
 }
 
 impl Pass {
     /// Every pass.
-    pub const ALL: [Pass; 8] = [
+    pub const ALL: [Pass; 9] = [
         Pass::Color,
         Pass::Linear,
         Pass::Depth,
@@ -33,12 +35,13 @@ impl Pass {
         Pass::Uv,
         Pass::Position,
         Pass::Id,
+        Pass::Triangle,
     ];
 }
 
 /// A set of passes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub struct Passes(u8);
+pub struct Passes(u16);
 
 impl Passes {
     /// Nothing at all: visibility is found and thrown away.

@@ -37,7 +37,6 @@ struct Node {
 
 /// What a ray met.
 struct Hit<'a> {
-    id: u32,
     distance: f64,
     triangle: VisibleTriangle<'a>,
     fragment: Fragment,
@@ -79,7 +78,7 @@ impl<'a> Raycaster<'a> {
                 let Some(hit) = self.hit(&pixel, triangle) else { continue };
                 let nearer = nearest.as_ref().is_none_or(|best| {
                     hit.distance < best.distance
-                        || (hit.distance == best.distance && hit.id < best.id)
+                        || (hit.distance == best.distance && hit.triangle.id < best.triangle.id)
                 });
                 if nearer && is_kept(&hit.triangle, &hit.fragment, self.settings) {
                     nearest = Some(hit);
@@ -105,7 +104,7 @@ impl<'a> Raycaster<'a> {
             Facing::Clockwise => clockwise,
         };
         let fragment = pixel.fragment(&triangle.corners, hit.t, hit.barycentrics);
-        drawn.then_some(Hit { id: triangle.id, distance: hit.t, triangle: visible, fragment })
+        drawn.then_some(Hit { distance: hit.t, triangle: visible, fragment })
     }
 }
 

@@ -45,7 +45,7 @@ mod tests {
     #[test]
     fn every_job_is_done_once_on_any_number_of_threads() {
         for threads in [1, 2, 7, 100] {
-            let mut jobs = vec![0; 50];
+            let mut jobs = [0; 50];
             for_each(threads, jobs.iter_mut(), |job| *job += 1);
             assert!(jobs.iter().all(|&n| n == 1), "{threads}");
         }

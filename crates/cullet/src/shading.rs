@@ -21,6 +21,7 @@ const BAND_ROWS: usize = 16;
 pub(crate) struct VisibleTriangle<'a> {
     pub item: &'a Item,
     pub item_idx: usize,
+    pub id: u32,
     pub surface: Surface<'a>,
     pub corners: [u32; 3],
     pub front: bool,
@@ -33,7 +34,7 @@ impl<'a> VisibleTriangle<'a> {
         let item = &prepared.items()[item_idx];
         let surface = prepared.surface(item);
         let corners = surface.mesh.triangles[(id - item.first_triangle) as usize];
-        VisibleTriangle { item, item_idx, surface, corners, front }
+        VisibleTriangle { item, item_idx, id, surface, corners, front }
     }
 
     /// Model-space corners.
@@ -159,6 +160,9 @@ impl Shader<'_> {
         }
         if passes.contains(Pass::Id) {
             fill(band.id, &range, fragments, |_| triangle.item_idx as u32 + 1);
+        }
+        if passes.contains(Pass::Triangle) {
+            fill(band.triangle, &range, fragments, |_| triangle.id + 1);
         }
     }
 

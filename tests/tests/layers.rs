@@ -1,0 +1,110 @@
+//! The architecture, held: which crate may name which, read from the manifests.
+
+use std::collections::BTreeSet;
+
+use cullet_tests::root;
+
+/// Each crate and all that it may depend on among the Cullet crates.
+const ARROWS: [(&str, &[&str]); 8] = [
+    ("cullet-transform", &[]),
+    ("cullet-cull", &["cullet-transform"]),
+    ("cullet-raster", &["cullet-transform"]),
+    ("cullet-scene", &["cullet-transform"]),
+    ("cullet-shade", &["cullet-raster", "cullet-scene", "cullet-transform"]),
+    (
+        "cullet",
+        &["cullet-cull", "cullet-raster", "cullet-scene", "cullet-shade", "cullet-transform"],
+    ),
+    ("cullet-measure", &[]),
+    ("cullet-cli", &["cullet", "cullet-measure"]),
+];
+
+/// Packages that only some crates may name.
+const HOMES: [(&str, &[&str]); 4] = [
+    ("gltf", &["cullet-scene"]),
+    ("tobj", &["cullet-scene"]),
+    ("image", &["cullet-scene", "cullet-cli"]),
+    ("clap", &["cullet-cli"]),
+];
+
+/// Names in the `[dependencies]` of a manifest.
+fn dependencies(manifest: &str) -> BTreeSet<String> {
+    let mut names = BTreeSet::new();
+    let mut inside = false;
+    for line in manifest.lines().map(str::trim) {
+        if line.starts_with('[') {
+            inside = line == "[dependencies]";
+            if let Some(name) = line.strip_prefix("[dependencies.") {
+                names.insert(name.trim_end_matches(']').to_owned());
+            }
+        } else if inside && !line.starts_with('#') {
+            let name = line.split(['=', '.', ' ']).next().unwrap_or_default();
+            names.insert(name.to_owned());
+        }
+    }
+    names.remove("");
+    names
+}
+
+fn crates() -> Vec<(String, BTreeSet<String>)> {
+    let folders = std::fs::read_dir(root().join("crates")).expect("the folder crates/");
+    let folders = folders.map(|entry| entry.expect("a readable entry").path());
+    let read = |path: std::path::PathBuf| {
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let manifest = std::fs::read_to_string(path.join("Cargo.toml")).expect("a manifest");
+        (name, dependencies(&manifest))
+    };
+    folders.map(read).collect()
+}
+
+#[test]
+fn arrows_point_down() {
+    for (name, found) in crates() {
+        let allowed = ARROWS.iter().find(|(crate_name, _)| *crate_name == name);
+        let (_, allowed) = allowed.unwrap_or_else(|| panic!("{name} has no place in ARROWS"));
+        for dependency in found.iter().filter(|d| d.starts_with("cullet")) {
+            assert!(allowed.contains(&dependency.as_str()), "{name} must not name {dependency}");
+        }
+    }
+}
+
+#[test]
+fn heavy_packages_stay_in_their_homes() {
+    for (name, found) in crates() {
+        for (package, homes) in HOMES {
+            let at_home = homes.contains(&name.as_str());
+            assert!(at_home || !found.contains(package), "{name} must not name {package}");
+        }
+    }
+}
+
+/// Every source file below `folder`.
+fn sources(folder: &std::path::Path, out: &mut Vec<(String, String)>) {
+    for entry in std::fs::read_dir(folder).expect("a folder of sources") {
+        let path = entry.expect("a readable entry").path();
+        if path.is_dir() {
+            sources(&path, out);
+        } else if path.extension().is_some_and(|e| e == "rs") {
+            let text = std::fs::read_to_string(&path).expect("a source file");
+            out.push((path.display().to_string(), text));
+        }
+    }
+}
+
+#[test]
+fn libraries_start_threads_in_one_place_and_never_print_exit_or_read_the_environment() {
+    for (name, _) in ARROWS.iter().filter(|(name, _)| *name != "cullet-cli") {
+        let mut files = Vec::new();
+        sources(&root().join("crates").join(name).join("src"), &mut files);
+        for (file, text) in files {
+            let code = text.split("#[cfg(test)]\nmod tests").next().unwrap_or_default();
+            let code = code.lines().filter(|line| !line.trim_start().starts_with("//"));
+            let code: String = code.flat_map(|line| [line, "\n"]).collect();
+            for word in ["println!", "eprintln!", "print!(", "dbg!", "process::exit", "env::"] {
+                assert!(!code.contains(word), "{file} says {word}");
+            }
+            let spawns = code.contains("thread::scope") || code.contains("thread::spawn");
+            assert!(!spawns || file.ends_with("cullet/src/schedule.rs"), "{file} starts threads");
+        }
+    }
+}
