@@ -1,4 +1,4 @@
-//! A city of towers: hundreds of nodes that share eight meshes. Units are metres.
+//! A city of towers: hundreds of nodes that share a dozen meshes. Units are metres.
 
 use glam::{DAffine3, Vec2, Vec3};
 
@@ -30,7 +30,7 @@ pub(super) fn build(n: u32) -> Scene {
             }
         }
     }
-    builder.look([half * 0.95, 62.0, half + 70.0], [-0.12 * half, 8.0, 0.0], 42.0);
+    builder.look([half * 0.8, 70.0, half + 60.0], [-0.1 * half, 0.0, 0.2 * half], 42.0);
     builder.finish()
 }
 
@@ -52,8 +52,16 @@ impl Kit {
         let pavement = builder.mesh("pavement", cuboid([12.5, 0.1, 12.5], 0.0));
         let walls =
             [[0.78, 0.72, 0.62], [0.52, 0.56, 0.62], [0.70, 0.46, 0.36], [0.86, 0.85, 0.82]];
-        let shapes =
-            [("block", slab()), ("stepped", stepped()), ("round", round()), ("twin", twin())];
+        let shapes = [
+            ("low block", slab(LOW)),
+            ("high block", slab(HIGH)),
+            ("low steps", stepped(LOW)),
+            ("high steps", stepped(HIGH)),
+            ("low round", round(LOW)),
+            ("high round", round(HIGH)),
+            ("low twins", twins(LOW)),
+            ("high twins", twins(HIGH)),
+        ];
         let mut towers = Vec::new();
         let meshes = shapes.map(|(name, mesh)| builder.mesh(name, mesh));
         for (seed, wall) in (0..).zip(walls) {
@@ -76,17 +84,19 @@ impl Kit {
         }
     }
 
-    /// Up to four towers, the higher the nearer to the middle of a group of blocks.
+    /// Up to four towers, high ones in some groups of blocks and low ones in others.
     fn towers(&self, builder: &mut Builder, block: usize, (x, z): (u32, u32)) {
         for k in 0..4 {
             if hash(x, z, 67 + k) < 0.12 {
                 continue;
             }
-            let drawn = self.towers[(hash(x, z, 71 + k) * self.towers.len() as f64) as usize];
-            let grown = hash(x / 3, z / 3, 73) * hash(x, z, 79 + k);
-            let floors = 2.0 + libm::floor(12.0 * grown + 3.0 * hash(x, z, 83 + k));
+            let n_looks = self.towers.len() / 2;
+            let look = (hash(x, z, 71 + k) * n_looks as f64) as usize;
+            let high = hash(x / 3, z / 3, 73) * hash(x, z, 79 + k) > 0.3;
+            let drawn = self.towers[2 * look + usize::from(high)];
             let corner = turned(90.0 * f64::from(k)) * at(6.2, 0.2, 6.2);
-            let local = corner * scaled(1.0, floors * 0.8, 1.0);
+            // Little enough that windows do not look stretched.
+            let local = corner * scaled(1.0, 0.7 + 0.5 * hash(x, z, 83 + k), 1.0);
             builder.place(&format!("tower {k}"), Some(block), local, drawn);
         }
     }
@@ -107,27 +117,32 @@ impl Kit {
     }
 }
 
-// Towers stand on the ground, are 5 high before scaling and at most 10 wide. One picture of
-// windows is four floors of eight windows.
+// Towers stand on the ground and are at most 10 wide.
 
-fn slab() -> Mesh {
-    storey(4.6, 3.4, 0.0, 5.0)
+const LOW: f32 = 15.0;
+const HIGH: f32 = 36.0;
+
+fn slab(height: f32) -> Mesh {
+    storey(4.6, 3.4, 0.0, height)
 }
 
-fn stepped() -> Mesh {
-    let mut mesh = storey(4.8, 4.8, 0.0, 2.5);
-    append(&mut mesh, &storey(3.7, 3.7, 2.5, 4.0), DAffine3::IDENTITY);
-    append(&mut mesh, &storey(2.4, 2.4, 4.0, 5.0), DAffine3::IDENTITY);
+fn stepped(height: f32) -> Mesh {
+    let mut mesh = storey(4.8, 4.8, 0.0, 0.5 * height);
+    append(&mut mesh, &storey(3.7, 3.7, 0.5 * height, 0.8 * height), DAffine3::IDENTITY);
+    append(&mut mesh, &storey(2.4, 2.4, 0.8 * height, height), DAffine3::IDENTITY);
     mesh
 }
 
-fn round() -> Mesh {
-    lathe(&[[4.4, 0.0], [4.4, 5.0], [0.0, 5.0]], 20, Vec2::new(2.0, 1.25))
+fn round(height: f32) -> Mesh {
+    let top = f64::from(height);
+    let wall = lathe(&[[4.4, 0.0], [4.4, top]], 20, Vec2::new(3.0, height / PICTURE.y));
+    let roof = lathe(&[[4.4, top], [0.0, top]], 20, Vec2::ZERO);
+    joined([(&wall, DAffine3::IDENTITY), (&roof, DAffine3::IDENTITY)])
 }
 
-fn twin() -> Mesh {
-    let tower = storey(1.9, 4.2, 0.0, 5.0);
-    let bridge = storey(1.2, 1.4, 3.4, 3.9);
+fn twins(height: f32) -> Mesh {
+    let tower = storey(1.9, 4.2, 0.0, height);
+    let bridge = storey(1.2, 1.4, 0.7 * height, 0.8 * height);
     joined([
         (&tower, at(-2.7, 0.0, 0.0)),
         (&tower, at(2.7, 0.0, 0.0)),
@@ -135,14 +150,17 @@ fn twin() -> Mesh {
     ])
 }
 
-/// A box on the ground with windows around and a plain roof.
+/// What one picture of four floors of eight windows covers.
+const PICTURE: Vec2 = Vec2::new(9.6, 12.0);
+
+/// A box with windows around and a plain roof.
 fn storey(half_x: f32, half_z: f32, bottom: f32, top: f32) -> Mesh {
     let half_height = 0.5 * (top - bottom);
-    let mut mesh = cuboid([half_x, half_height, half_z], 0.25);
+    let mut mesh = cuboid([half_x, half_height, half_z], 1.0);
     if let (Some(uvs), Some(normals)) = (&mut mesh.uvs[0], &mesh.normals) {
         for (uv, normal) in uvs.iter_mut().zip(normals) {
             // Roofs show one spot of wall between the windows.
-            *uv = if normal.y != 0.0 { Vec2::new(0.0, 0.1) } else { *uv * Vec2::new(0.5, 1.0) };
+            *uv = if normal.y != 0.0 { Vec2::ZERO } else { *uv / PICTURE };
         }
     }
     joined([(&mesh, at(0.0, f64::from(bottom + half_height), 0.0))])

@@ -12,7 +12,7 @@ pub(super) fn build() -> Scene {
     wrap_modes(&mut builder);
     transforms(&mut builder);
     garden(&mut builder);
-    builder.look([1.2, 2.6, 10.5], [0.0, 1.9, 0.0], 42.0);
+    builder.look([0.6, 2.6, 8.6], [-0.3, 2.0, 0.0], 36.0);
     builder.finish()
 }
 

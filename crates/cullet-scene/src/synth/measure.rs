@@ -73,8 +73,8 @@ pub(super) fn far_away(distance: f64) -> Scene {
             builder.place(&format!("box {k} {j}"), Some(root), local, (shape, material));
         }
     }
-    let eye = DVec3::new(0.0, 1.5, 7.0);
-    let local = looking(eye, DVec3::new(0.0, 1.5, 0.0));
+    let eye = DVec3::new(0.0, 0.75, 6.0);
+    let local = looking(eye, DVec3::new(0.0, 0.75, 0.0));
     let lens = Lens::Perspective { yfov: 0.75, aspect: None, near: 0.0625, far: f64::INFINITY };
     builder.camera(Some(root), local, lens);
     builder.finish()

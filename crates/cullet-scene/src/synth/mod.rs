@@ -29,7 +29,7 @@ pub const NAMES: &[(&str, &str)] = &[
         "tiles",
         "tiles:N: N * N quads that cover (i+1)(j+1)/(N*N) of their cells (1 to 256, default 8)",
     ),
-    ("city", "city:N: N * N blocks of towers that share eight meshes (1 to 64, default 12)"),
+    ("city", "city:N: N * N blocks of towers that share a dozen meshes (1 to 64, default 12)"),
     ("showpiece", "a still life on a terrace: every material, 30 thousand triangles"),
     ("knots", "smooth torus knots: vertex colours, mirrored and unevenly scaled nodes"),
     ("masks", "leaves and fences cut out by alpha; wrap modes and texture transforms"),

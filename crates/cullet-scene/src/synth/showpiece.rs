@@ -205,7 +205,7 @@ fn statues(builder: &mut Builder, stones: &Stones) {
     let bronze = builder.plain("bronze", [1.0, 1.0, 1.0]);
     let knot = colored(torus_knot((2, 3), 0.19, (180, 18)), |position| {
         let t = 0.5 + 0.9 * position.y;
-        Vec3::new(0.86, 0.36, 0.10).lerp(Vec3::new(0.95, 0.72, 0.24), t.clamp(0.0, 1.0))
+        Vec3::new(0.42, 0.11, 0.03).lerp(Vec3::new(0.80, 0.42, 0.10), t.clamp(0.0, 1.0))
     });
     let knot = Mesh { uvs: [None, None], ..knot };
     let root = builder.node("knot", None, at(-0.25, 0.0, -0.9));

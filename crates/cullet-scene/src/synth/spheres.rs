@@ -27,6 +27,6 @@ pub(super) fn build() -> Scene {
     let squares = [Vec3::splat(0.62), Vec3::splat(0.55)];
     let ground = builder.textured("ground", textures::checker(32, 4, squares));
     builder.single("ground", at(0.0, -0.95, 0.0) * scaled(14.0, 1.0, 14.0), floor(8, 7.0), ground);
-    builder.look([0.0, 4.2, 17.5], [0.0, 2.1, 0.0], 38.0);
+    builder.look([0.0, 4.2, 16.0], [0.0, 2.2, 0.0], 34.0);
     builder.finish()
 }

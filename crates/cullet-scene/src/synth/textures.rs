@@ -159,7 +159,7 @@ pub(super) fn mark(size: u32) -> Image {
         let foot = (0.66..0.8).contains(&at.y) && (0.2..0.75).contains(&at.x);
         let dot = at.distance(DVec2::new(0.68, 0.32)) < 0.12;
         opaque(match () {
-            _ if inside < 0.04 => Vec3::new(0.16, 0.20, 0.28),
+            _ if inside < 0.04 => Vec3::new(0.42, 0.50, 0.44),
             _ if dot => Vec3::new(0.82, 0.24, 0.18),
             _ if shaft || foot => Vec3::new(0.16, 0.36, 0.62),
             _ => Vec3::new(0.93, 0.90, 0.82),
