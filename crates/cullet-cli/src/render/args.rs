@@ -1,0 +1,245 @@
+//! The options of `cullet render`.
+
+use std::num::{NonZeroU16, NonZeroU32};
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use cullet::{CullTest, Filter, Light, Region, RendererKind, Shading};
+use glam::{Vec3, Vec4};
+
+use super::passes::PassName;
+use crate::exit::Failure;
+use crate::picture_file::PngCompression;
+use crate::source::Source;
+
+/// Draw a scene.
+#[derive(Args, Clone, Debug)]
+pub struct RenderArgs {
+    #[command(flatten)]
+    pub source: Source,
+    /// The picture: .png, .jpg, .webp, .exr, .ppm or .f32 (raw little-endian floats); `-` writes
+    /// a PNG to standard output
+    #[arg(short, long, value_name = "OUT")]
+    pub output: PathBuf,
+    /// `auto` frames everything visible; or the index or name of a camera of the scene; or a
+    /// camera file
+    #[arg(long, value_name = "auto|INDEX|NAME|FILE.json", default_value = "auto")]
+    pub camera: String,
+    /// Size of the picture in pixels [default: that of the camera file, or else 1280x720]
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    pub size: Option<(u32, u32)>,
+    /// Draw only these pixels of the picture; the origin is at the top left
+    #[arg(long, value_name = "X,Y,W,H", value_parser = region)]
+    pub region: Option<Region>,
+    /// How surfaces answer to light
+    #[arg(long, value_enum, default_value = "lambert")]
+    pub shading: ShadingName,
+    /// Colour where nothing is, linear light
+    #[arg(long, value_name = "r,g,b|transparent", default_value = "0.02,0.03,0.05")]
+    #[arg(value_parser = background, allow_hyphen_values = true)]
+    pub background: Vec4,
+    /// Direction towards the sun in world space, any length but 0
+    #[arg(long, value_name = "X,Y,Z", default_value = "0.4,1,0.6")]
+    #[arg(value_parser = vector, allow_hyphen_values = true)]
+    pub sun: Vec3,
+    /// Share of light that comes from everywhere, 0 to 1
+    #[arg(long, value_name = "SHARE", default_value_t = 0.25, allow_hyphen_values = true)]
+    pub ambient: f32,
+    /// How textures are filtered
+    #[arg(long, value_enum, default_value = "trilinear")]
+    pub texture: TextureFilter,
+    /// Antialiasing
+    #[arg(long, value_enum, default_value = "none")]
+    pub aa: Antialiasing,
+    /// Kinds of picture; several put their name before the extension (x.png: x.color.png)
+    #[arg(long, value_enum, value_delimiter = ',', default_value = "color")]
+    pub passes: Vec<PassName>,
+    /// Which object is which number of the id pass, as JSON; `-` for standard output
+    #[arg(long, value_name = "FILE.json")]
+    pub legend: Option<PathBuf>,
+    /// Bits per sample; 16 for .png and .ppm only (.exr and .f32 always hold 32-bit floats)
+    #[arg(long, value_name = "8|16", default_value = "8")]
+    #[arg(value_parser = clap::builder::PossibleValuesParser::new(["8", "16"]))]
+    pub bits: String,
+    /// How hard .png files are packed
+    #[arg(long, value_enum, default_value = "fast")]
+    pub png_compression: PngCompression,
+    /// The test that throws out objects before any other work; changes time, never a pixel
+    #[arg(long, value_enum, default_value = "p-vertex")]
+    pub cull: CullName,
+    /// Worker threads, 0 to 1024; 0 means one per core. Changes time, never a pixel
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(value_parser = clap::value_parser!(u16).range(0..=1024))]
+    pub threads: u16,
+    /// Who finds what is visible
+    #[arg(long, value_enum, default_value = "raster")]
+    pub renderer: RendererName,
+    /// What the ray caster casts against: corners where the rasterizer's grid puts them, or the
+    /// true ones
+    #[arg(long, value_enum, default_value = "snapped")]
+    pub raycast_geometry: RaycastGeometry,
+    /// Draw the frame this often after one warm-up, to measure [default: once, no warm-up]
+    #[arg(long, value_name = "N")]
+    pub frames: Option<NonZeroU16>,
+    /// Times (ms) and counters as JSON; `-` for standard output
+    #[arg(long, value_name = "FILE|-")]
+    pub stats: Option<PathBuf>,
+    /// Limit for the pixels drawn
+    #[arg(long, value_name = "PIXELS", default_value_t = 1 << 28, help_heading = "Limits")]
+    pub max_pixels: u64,
+}
+
+/// `--shading`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ShadingName {
+    /// A sun over an even ambient light
+    Lambert,
+    /// The base colour alone
+    Unlit,
+}
+
+/// `--texture`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum TextureFilter {
+    /// The nearest texel of the nearest level
+    Nearest,
+    /// Four texels of the nearest level
+    Bilinear,
+    /// Four texels in each of two levels
+    Trilinear,
+}
+
+/// `--aa`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Antialiasing {
+    /// One sample at the pixel centre
+    None,
+}
+
+/// `--cull`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum CullName {
+    /// Draw everything
+    None,
+    /// One corner of the box against each plane
+    PVertex,
+}
+
+/// `--renderer`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum RendererName {
+    /// The rasterizer
+    Raster,
+    /// The plain f64 ray-casting twin; slow, for checking
+    Raycast,
+}
+
+/// `--raycast-geometry`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum RaycastGeometry {
+    /// Where the rasterizer's grid puts them
+    Snapped,
+    /// Where the scene puts them
+    Exact,
+}
+
+impl RenderArgs {
+    /// The settings these options mean, with the passes still to be chosen.
+    pub fn settings(&self) -> Result<cullet::Settings, Failure> {
+        Ok(cullet::Settings {
+            shading: match self.shading {
+                ShadingName::Lambert => Shading::Lambert,
+                ShadingName::Unlit => Shading::Unlit,
+            },
+            passes: cullet::Passes::NONE,
+            background: self.background,
+            light: Light::new(self.sun, self.ambient)?,
+            filter: match self.texture {
+                TextureFilter::Nearest => Filter::Nearest,
+                TextureFilter::Bilinear => Filter::Bilinear,
+                TextureFilter::Trilinear => Filter::Trilinear,
+            },
+            cull: match self.cull {
+                CullName::None => CullTest::None,
+                CullName::PVertex => CullTest::PVertex,
+            },
+            threads: usize::from(self.threads),
+            renderer: match (self.renderer, self.raycast_geometry) {
+                (RendererName::Raster, _) => RendererKind::Raster,
+                (RendererName::Raycast, RaycastGeometry::Snapped) => {
+                    RendererKind::Raycast { snapped: true }
+                }
+                (RendererName::Raycast, RaycastGeometry::Exact) => {
+                    RendererKind::Raycast { snapped: false }
+                }
+            },
+            region: self.region,
+        })
+    }
+}
+
+fn size(text: &str) -> Result<(u32, u32), String> {
+    let sides = text.split_once(['x', 'X']);
+    let sides = sides.and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
+    let sides: (NonZeroU32, NonZeroU32) =
+        sides.ok_or("give width x height in pixels, both at least 1, like 1280x720")?;
+    Ok((sides.0.get(), sides.1.get()))
+}
+
+fn region(text: &str) -> Result<Region, String> {
+    let numbers: Option<Vec<u32>> = text.split(',').map(|n| n.trim().parse().ok()).collect();
+    match numbers.as_deref() {
+        Some(&[x, y, width, height]) if width > 0 && height > 0 => {
+            Ok(Region { x, y, width, height })
+        }
+        _ => Err("give left, top, width, height in pixels, the last two at least 1".into()),
+    }
+}
+
+fn vector(text: &str) -> Result<Vec3, String> {
+    let numbers: Option<Vec<f32>> = text.split(',').map(|n| n.trim().parse().ok()).collect();
+    match numbers.as_deref() {
+        Some(&[x, y, z]) => Ok(Vec3::new(x, y, z)),
+        _ => Err("give three numbers with commas between them".into()),
+    }
+}
+
+fn background(text: &str) -> Result<Vec4, String> {
+    if text == "transparent" {
+        return Ok(Vec4::ZERO);
+    }
+    let color = vector(text)?;
+    let sound = color.is_finite() && color.cmpge(Vec3::ZERO).all();
+    sound.then_some(color.extend(1.0)).ok_or_else(|| "give finite numbers, none below 0".into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes() {
+        assert_eq!(size("1280x720"), Ok((1280, 720)));
+        for text in ["", "1280", "0x1", "1x0", "-1x5", "1.5x2", "4294967296x1", "1x2x3"] {
+            assert!(size(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn regions() {
+        let expected = Region { x: 1, y: 2, width: 3, height: 4 };
+        assert_eq!(region("1,2,3,4"), Ok(expected));
+        for text in ["1,2,3", "1,2,0,4", "-1,2,3,4", "1,2,3,4,5"] {
+            assert!(region(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn backgrounds() {
+        assert_eq!(background("transparent"), Ok(Vec4::ZERO));
+        assert_eq!(background("1,0.5,0"), Ok(Vec4::new(1.0, 0.5, 0.0, 1.0)));
+        for text in ["1,0", "nan,0,0", "-1,0,0", "inf,0,0", "red"] {
+            assert!(background(text).is_err(), "{text}");
+        }
+    }
+}

@@ -1,0 +1,62 @@
+//! Where a scene comes from: a file, standard input, or a formula.
+
+use std::io::{Read, stdin};
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use cullet::scene::synth::synth;
+use cullet::scene::{LoadOptions, Scene, load, load_glb_bytes};
+
+use crate::exit::Failure;
+use crate::message::Progress;
+
+/// The scene and how much of the machine it may use.
+#[derive(Args, Clone, Debug)]
+pub struct Source {
+    /// A .glb, .gltf or .obj file; `-` reads a .glb from standard input; `synth:NAME[:PARAMETER]`
+    /// computes a scene (`cullet synth --list` names them)
+    #[arg(value_name = "SCENE")]
+    pub path: PathBuf,
+    /// Limit for the scene file and all files it names together, in bytes
+    #[arg(long, value_name = "BYTES", default_value_t = LoadOptions::default().max_file_bytes)]
+    #[arg(help_heading = "Limits")]
+    max_file_bytes: u64,
+    /// Limit for all decoded images together, in pixels
+    #[arg(long, value_name = "PIXELS", default_value_t = LoadOptions::default().max_image_pixels)]
+    #[arg(help_heading = "Limits")]
+    max_image_pixels: u64,
+    /// Limit for visited nodes plus the objects made from them
+    #[arg(long, value_name = "COUNT", default_value_t = LoadOptions::default().max_nodes)]
+    #[arg(help_heading = "Limits")]
+    max_nodes: usize,
+    /// Limit for the triangles of all meshes, each mesh counted once
+    #[arg(long, value_name = "COUNT", default_value_t = LoadOptions::default().max_triangles)]
+    #[arg(help_heading = "Limits")]
+    max_triangles: u64,
+}
+
+impl Source {
+    /// Loads or computes the scene.
+    pub fn load(&self) -> Result<Scene, Failure> {
+        let _progress = Progress::show("loading");
+        let options = LoadOptions {
+            max_file_bytes: self.max_file_bytes,
+            max_image_pixels: self.max_image_pixels,
+            max_nodes: self.max_nodes,
+            max_triangles: self.max_triangles,
+            ..LoadOptions::default()
+        };
+        if self.path == Path::new("-") {
+            // One byte more than allowed is enough to know that it is too much.
+            let mut bytes = Vec::new();
+            let mut input = stdin().lock().take(options.max_file_bytes.saturating_add(1));
+            let read = input.read_to_end(&mut bytes);
+            read.map_err(|error| Failure::input(format!("standard input: {error}")))?;
+            return Ok(load_glb_bytes(bytes, "standard input", &options)?);
+        }
+        match self.path.to_str().and_then(|path| path.strip_prefix("synth:")) {
+            Some(spec) => synth(spec).map_err(Failure::usage),
+            None => Ok(load(&self.path, &options)?),
+        }
+    }
+}

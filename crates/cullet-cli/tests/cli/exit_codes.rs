@@ -1,0 +1,127 @@
+use crate::run::{Folder, TRIANGLE};
+
+const SMALL: &str = "render synth:sphere:8 --size 16x12";
+
+#[test]
+fn done_is_0() {
+    let folder = Folder::new();
+    folder.ok("--version");
+    folder.ok("--help");
+    folder.ok("render --help");
+    folder.ok("synth --list");
+    folder.ok(&format!("{SMALL} -o x.png"));
+    assert_eq!(folder.names(), ["x.png"]);
+}
+
+#[test]
+fn wrong_usage_is_2() {
+    let folder = Folder::new();
+    folder.fails(2, "", "");
+    folder.fails(2, "", "frobnicate");
+    folder.fails(2, "", "render");
+    folder.fails(2, "extension", &format!("{SMALL} -o x.gif"));
+    folder.fails(2, "extension", &format!("{SMALL} -o x"));
+    folder.fails(2, "size", "render synth:sphere:8 -o x.png --size 0x5");
+    folder.fails(2, "teapot", "render synth:teapot -o x.png");
+    folder.fails(2, "no camera `7`", &format!("{SMALL} -o x.png --camera 7"));
+    folder.fails(2, "no camera `left`", &format!("{SMALL} -o x.png --camera left"));
+    folder.fails(2, "msaa4", &format!("{SMALL} -o x.png --aa msaa4"));
+    folder.fails(2, "pbr", &format!("{SMALL} -o x.png --shading pbr"));
+    folder.fails(2, "--time", &format!("{SMALL} -o x.png --time 1"));
+    folder.fails(2, "direction", &format!("{SMALL} -o x.png --sun 0,0,0"));
+    folder.fails(2, "ambient", &format!("{SMALL} -o x.png --ambient -1"));
+    folder.fails(2, "--frames", &format!("{SMALL} -o x.png --frames 0"));
+    folder.fails(2, "--region", &format!("{SMALL} -o x.png --region 10,0,7,2"));
+    folder.fails(2, "--bits", &format!("{SMALL} -o x.jpg --bits 16"));
+    folder.fails(2, "transparent", &format!("{SMALL} -o x.jpg --background transparent"));
+    folder.fails(2, "two outputs", &format!("{SMALL} -o - --stats -"));
+    folder.fails(2, "standard output", &format!("{SMALL} -o - --passes color,id"));
+    folder.fails(2, "same file", &format!("{SMALL} -o x.png --stats ./x.png"));
+    folder.fails(2, "synthetic", "synth teapot -o x.glb");
+    folder.fails(2, "NAME", "synth");
+    assert!(folder.names().is_empty());
+}
+
+#[test]
+fn bad_input_is_3() {
+    let folder = Folder::new();
+    folder.write("text.glb", "this is no scene");
+    folder.write("lost.gltf", TRIANGLE.replace("data:;base64,", "lost.bin?"));
+    folder.fails(3, "none.glb", "render none.glb -o x.png");
+    folder.fails(3, "text.glb", "render text.glb -o x.png");
+    folder.fails(3, "lost", "render lost.gltf -o x.png");
+    folder.fails(3, "standard input", "render - -o x.png");
+    folder.fails(3, "none.glb", "info none.glb");
+    folder.fails(3, "a.png", "diff a.png b.png");
+    folder.fails(3, "cam.json", &format!("{SMALL} -o x.png --camera cam.json"));
+    folder.write(
+        "cam.json",
+        r#"{"eye":["nan",0,0],"target":[0,0,0],"up":[0,1,0],"yfov_deg":45,"znear":1,"zfar":null}"#,
+    );
+    folder.fails(3, "eye", &format!("{SMALL} -o x.png --camera cam.json"));
+    assert_eq!(folder.names(), ["cam.json", "lost.gltf", "text.glb"]);
+}
+
+#[test]
+fn unsupported_is_4() {
+    let folder = Folder::new();
+    let required = r#"{"extensionsRequired":["EXT_alien"],"extensionsUsed":["EXT_alien"],"#;
+    folder.write("alien.gltf", TRIANGLE.replacen('{', required, 1));
+    folder.fails(4, "EXT_alien", "render alien.gltf -o x.png");
+    folder.fails(4, "EXT_alien", "info alien.gltf");
+}
+
+#[test]
+fn limits_are_5_and_name_the_option() {
+    let folder = Folder::new();
+    folder.write("one.gltf", TRIANGLE);
+    folder.fails(5, "32768", "render one.gltf -o x.png --size 32769x1");
+    folder.fails(5, "--max-pixels", "render one.gltf -o x.png --size 100x100 --max-pixels 9999");
+    folder.fails(5, "--max-file-bytes", "render one.gltf -o x.png --max-file-bytes 10");
+    folder.fails(5, "--max-nodes", "render one.gltf -o x.png --max-nodes 1");
+    folder.fails(5, "--max-triangles", "info one.gltf --max-triangles 0");
+    folder.fails(5, "16383", "render one.gltf -o x.webp --size 16384x1");
+    assert_eq!(folder.names(), ["one.gltf"]);
+}
+
+#[test]
+fn outputs_that_cannot_be_written_are_6() {
+    let folder = Folder::new();
+    folder.write("locked.png", "mine");
+    let mut permissions = std::fs::metadata(folder.path("locked.png")).unwrap().permissions();
+    permissions.set_readonly(true);
+    std::fs::set_permissions(folder.path("locked.png"), permissions).unwrap();
+    folder.fails(6, "none/x.png", &format!("{SMALL} -o none/x.png"));
+    folder.fails(6, "none/s.json", &format!("{SMALL} -o x.png --stats none/s.json"));
+    folder.fails(6, "read-only", &format!("{SMALL} -o locked.png"));
+    // Said before the scene is even looked for.
+    folder.fails(6, "none/x.png", "render none.glb -o none/x.png");
+    assert_eq!(folder.names(), ["locked.png"]);
+    assert_eq!(folder.read("locked.png"), b"mine");
+}
+
+#[cfg(unix)]
+#[test]
+fn signals_are_130_and_143_and_leave_nothing() {
+    use std::process::{Command, Stdio};
+    use std::time::{Duration, Instant};
+    for (signal, code) in [("INT", 130), ("TERM", 143)] {
+        let folder = Folder::new();
+        let mut run = folder
+            .command(
+                "render synth:sphere:8 --size 2048x2048 --frames 60000 -o x.png --stats s.json",
+            )
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        let begun = Instant::now();
+        while folder.names().len() < 2 && begun.elapsed() < Duration::from_secs(30) {
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        assert_eq!(folder.names(), [".s.json.cullet-tmp", ".x.png.cullet-tmp"]);
+        let kill = Command::new("kill").args(["-s", signal, &run.id().to_string()]).status();
+        assert!(kill.unwrap().success());
+        assert_eq!(run.wait().unwrap().code(), Some(code));
+        assert!(folder.names().is_empty());
+    }
+}

@@ -1,0 +1,8 @@
+//! The command from outside: what it writes, says and exits with.
+
+mod diff;
+mod exit_codes;
+mod outputs;
+mod pictures;
+mod run;
+mod stats;
