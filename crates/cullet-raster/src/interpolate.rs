@@ -6,7 +6,7 @@
 //! barycentrics (Heckbert & Moreton 1991, "Interpolation for Polygon Texture Mapping").
 
 use cullet_transform::{ClipPoint, PlaneMask, Viewport};
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 
 use crate::clip::GuardBand;
 use crate::fixed::{Fixed, snap};
@@ -117,9 +117,9 @@ fn at_least_zero(share: f64) -> f64 {
     if share < 0.0 { 0.0 } else { share }
 }
 
-/// The weights as f32; a third each if the triangle has no extent at all here.
-fn finite(weights: DVec3) -> Vec3 {
-    if weights.is_finite() { weights.as_vec3() } else { Vec3::splat(1.0 / 3.0) }
+/// The weights; a third each if the triangle has no extent at all here.
+fn finite(weights: DVec3) -> DVec3 {
+    if weights.is_finite() { weights } else { DVec3::splat(1.0 / 3.0) }
 }
 
 #[cfg(test)]
@@ -154,7 +154,7 @@ mod tests {
         let interpolator = Interpolator::snapped::<16>(viewport(), &CORNERS);
         let f = interpolator.fragment(30, 25);
         let sum = |get: fn(&ClipPoint) -> f64| {
-            let [a, b, c] = f.weights.to_array().map(f64::from);
+            let [a, b, c] = f.weights.to_array();
             a * get(&CORNERS[0]) + b * get(&CORNERS[1]) + c * get(&CORNERS[2])
         };
         let p = ClipPoint { x: sum(|p| p.x), y: sum(|p| p.y), z: 0.0, w: sum(|p| p.w) };
@@ -170,8 +170,8 @@ mod tests {
             interpolator.fragment(31, 25),
             interpolator.fragment(30, 26),
         );
-        assert!((right.weights - f.weights - f.ddx).abs().max_element() < 2e-3);
-        assert!((down.weights - f.weights - f.ddy).abs().max_element() < 2e-3);
+        assert!((right.weights - f.weights - f.ddx.as_dvec3()).abs().max_element() < 2e-3);
+        assert!((down.weights - f.weights - f.ddy.as_dvec3()).abs().max_element() < 2e-3);
         assert!((f.weights.element_sum() - 1.0).abs() < 1e-6);
     }
 }

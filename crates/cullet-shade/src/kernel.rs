@@ -115,7 +115,7 @@ impl<'a> BaseColor<'a> {
             color *= sample(texture, uv, duvdx, duvdy, filter);
         }
         if let Some(colors) = self.colors {
-            color *= interpolate(colors, fragment.weights);
+            color *= interpolate(colors, fragment.weights.as_vec3());
         }
         color
     }
@@ -127,7 +127,7 @@ impl<'a> BaseColor<'a> {
             alpha *= sample_alpha(texture, uv, duvdx, duvdy, filter);
         }
         if let Some(colors) = self.colors {
-            alpha *= interpolate(colors.map(|color| color.w), fragment.weights);
+            alpha *= interpolate(colors.map(|color| color.w), fragment.weights.as_vec3());
         }
         alpha
     }
@@ -150,7 +150,8 @@ fn texture_uvs(needs: Needs, surface: &Surface<'_>, corners: [u32; 3]) -> [Vec2;
 /// The place in the texture and its change per pixel along the screen axes.
 #[inline(always)]
 fn footprint(uvs: [Vec2; 3], fragment: &Fragment) -> [Vec2; 3] {
-    [fragment.weights, fragment.ddx, fragment.ddy].map(|weights| interpolate(uvs, weights))
+    [fragment.weights.as_vec3(), fragment.ddx, fragment.ddy]
+        .map(|weights| interpolate(uvs, weights))
 }
 
 /// What the light on one triangle depends on.
@@ -213,6 +214,7 @@ mod tests {
             let (b, c) = (random.within(-0.2, 0.2), random.within(-0.2, 0.2));
             Vec3::new(-b - c, b, c)
         };
+        let weights = weights.as_dvec3();
         Fragment { weights, ddx: derivative(), ddy: derivative() }
     }
 
@@ -329,7 +331,7 @@ mod tests {
     #[track_caller]
     fn check(mesh: &Mesh, material: &Material, texture: Option<&Texture>, expected: Vec4) {
         let surface = Surface::new(mesh, material, texture, DAffine3::IDENTITY);
-        let weights = Vec3::new(0.25, 0.25, 0.5);
+        let weights = DVec3::new(0.25, 0.25, 0.5);
         let fragment = Fragment { weights, ddx: Vec3::ZERO, ddy: Vec3::ZERO };
         let needs = Needs::of(mesh, material, Shading::Lambert);
         let light = Light::new(Vec3::Z, 0.25).unwrap();

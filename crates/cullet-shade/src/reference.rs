@@ -5,7 +5,7 @@
 
 use cullet_raster::Fragment;
 use cullet_scene::{Image, Wrap};
-use glam::{DMat2, DMat3, DVec2, DVec3, DVec4, Vec3};
+use glam::{DMat2, DMat3, DVec2, DVec3, DVec4};
 
 use crate::light::Light;
 use crate::needs::Shading;
@@ -43,12 +43,12 @@ pub fn base_color(
 ) -> DVec4 {
     let mut color = surface.material.base_color.as_dvec4();
     if let (Some(used), Some(texture)) = (&surface.material.base_color_texture, surface.texture) {
-        let uv = |weights: Vec3| match &surface.mesh.uvs[used.uv_set] {
+        let uv = |weights: DVec3| match &surface.mesh.uvs[used.uv_set] {
             Some(uvs) => blend(corners, weights, |corner| uvs[corner].as_dvec2()),
             None => DVec2::ZERO,
         };
         let (mut place, mut ddx, mut ddy) =
-            (uv(fragment.weights), uv(fragment.ddx), uv(fragment.ddy));
+            (uv(fragment.weights), uv(fragment.ddx.as_dvec3()), uv(fragment.ddy.as_dvec3()));
         if let Some(transform) = used.transform {
             let axes = transform.matrix2.to_cols_array().map(f64::from);
             let matrix = DMat2::from_cols_array(&axes);
@@ -177,11 +177,10 @@ fn decode([r, g, b, a]: [u8; 4]) -> DVec4 {
     DVec4::new(decode_exact(r), decode_exact(g), decode_exact(b), a)
 }
 
-fn blend<T>(corners: [u32; 3], weights: Vec3, value: impl Fn(usize) -> T) -> T
+fn blend<T>(corners: [u32; 3], weights: DVec3, value: impl Fn(usize) -> T) -> T
 where
     T: std::ops::Mul<f64, Output = T> + std::ops::Add<Output = T>,
 {
     let [a, b, c] = corners.map(|corner| value(corner as usize));
-    let weights = weights.as_dvec3();
     a * weights.x + b * weights.y + c * weights.z
 }

@@ -96,13 +96,13 @@ pub fn world_normal(
 
 /// Texture coordinates of set 0 as in the file, untransformed; zero if the mesh has none.
 pub fn uv(surface: &Surface<'_>, corners: [u32; 3], fragment: &Fragment) -> Vec2 {
-    interpolate(corner_uvs(surface, corners, 0), fragment.weights)
+    interpolate(corner_uvs(surface, corners, 0), fragment.weights.as_vec3())
 }
 
 /// Place in world space: computed in f64, rounded once.
 pub fn world_position(surface: &Surface<'_>, corners: [u32; 3], fragment: &Fragment) -> Vec3 {
     let [a, b, c] = gather(&surface.mesh.positions, corners).map(|corner| corner.as_dvec3());
-    let weights = fragment.weights.as_dvec3();
+    let weights = fragment.weights;
     let position = a * weights.x + b * weights.y + c * weights.z;
     surface.world_from_model.transform_point3(position).as_vec3()
 }
@@ -139,7 +139,7 @@ pub(crate) fn outward_normal(
 ) -> Vec3 {
     normals
         .and_then(|normals| {
-            let normal_model = interpolate(normals, fragment.weights);
+            let normal_model = interpolate(normals, fragment.weights.as_vec3());
             direction(surface.normal_world_from_model * normal_model)
         })
         .unwrap_or_else(|| flat_normal(surface, corners))
@@ -178,7 +178,7 @@ mod tests {
 
     const CORNERS: [u32; 3] = [0, 1, 2];
     const MIDDLE: Fragment =
-        Fragment { weights: Vec3::new(0.25, 0.25, 0.5), ddx: Vec3::ZERO, ddy: Vec3::ZERO };
+        Fragment { weights: DVec3::new(0.25, 0.25, 0.5), ddx: Vec3::ZERO, ddy: Vec3::ZERO };
 
     /// Counter-clockwise seen from +z.
     fn triangle() -> Mesh {

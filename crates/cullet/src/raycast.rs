@@ -168,7 +168,7 @@ impl PixelRay {
             let dc = ab.cross(dhit).dot(normal) / normal.dot(normal);
             DVec3::new(-db - dc, db, dc).as_vec3()
         };
-        Fragment { weights: weights.as_vec3(), ddx: slope(&self.ddx), ddy: slope(&self.ddy) }
+        Fragment { weights, ddx: slope(&self.ddx), ddy: slope(&self.ddy) }
     }
 }
 

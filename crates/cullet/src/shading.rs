@@ -141,10 +141,7 @@ impl Shader<'_> {
         }
         if passes.contains(Pass::Depth) {
             let distances = self.distances(triangle);
-            fill(band.depth, &range, fragments, |f| {
-                let [a, b, c] = f.weights.to_array().map(f64::from);
-                (a * distances[0] + b * distances[1] + c * distances[2]) as f32
-            });
+            fill(band.depth, &range, fragments, |f| f.weights.dot(distances) as f32);
         }
         if passes.contains(Pass::Normal) {
             fill(band.normal, &range, fragments, |f| world_normal(&surface, corners, front, f));
@@ -167,10 +164,10 @@ impl Shader<'_> {
     }
 
     /// Distance of the corners along the view axis, scene units.
-    fn distances(&self, triangle: &VisibleTriangle<'_>) -> [f64; 3] {
+    fn distances(&self, triangle: &VisibleTriangle<'_>) -> DVec3 {
         let view_from_model = self.view.view_from_model(&triangle.item.world_from_model);
         let row = DMat4::from(view_from_model).row(2);
-        triangle.positions().map(|p| -row.dot(p.extend(1.0)))
+        DVec3::from_array(triangle.positions().map(|p| -row.dot(p.extend(1.0))))
     }
 }
 
