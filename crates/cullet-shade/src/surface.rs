@@ -56,10 +56,14 @@ pub fn normal_matrix(world_from_model: &DAffine3) -> Mat3 {
     (scaled_to_one(cofactor) * sign).as_mat3()
 }
 
-/// Whether the transform turns counter-clockwise triangles clockwise: a determinant below 0.
+/// Whether the transform turns counter-clockwise triangles clockwise: a determinant below 0, and
+/// not by rounding alone. A product of rotations and a flat scale has one of either sign, some
+/// 1e-16 of the product of its columns' lengths; flat nodes are not mirrored.
 pub fn mirrors(world_from_model: &DAffine3) -> bool {
-    let first = scaled_to_one(world_from_model.matrix3).x_axis;
-    first.dot(cofactor_matrix(world_from_model).x_axis) < 0.0
+    const NOISE: f64 = 1e-14;
+    let DMat3 { x_axis: x, y_axis: y, z_axis: z } = scaled_to_one(world_from_model.matrix3);
+    let largest = (x.dot(x) * y.dot(y) * z.dot(z)).sqrt();
+    x.dot(y.cross(z)) < -NOISE * largest
 }
 
 /// Of the transform scaled to a largest entry of 1, so that products stay in range.
