@@ -10,6 +10,7 @@ use cullet_transform::{Camera, Projection};
 use glam::DVec3;
 
 use crate::Prepared;
+use crate::prepared::drawable;
 
 /// From the scene to the eye: a little from the right and from above.
 pub const DEFAULT_DIRECTION: DVec3 = DVec3::new(0.7, 0.45, 1.0);
@@ -91,13 +92,8 @@ fn extremes(prepared: &Prepared, origin: DVec3, normals: [DVec3; 5]) -> [f64; 5]
         if !may_win {
             continue;
         }
-        let mesh = prepared.mesh(item);
-        for &i in mesh.triangles.iter().flatten() {
-            let point = mesh.positions[i as usize].as_dvec3();
-            let point = item.world_from_model.transform_point3(point) - origin;
-            if !point.is_finite() {
-                continue;
-            }
+        for point in drawable(prepared.mesh(item)).flatten() {
+            let point = item.world_from_model.transform_point3(point.as_dvec3()) - origin;
             for (largest, normal) in largest.iter_mut().zip(&normals) {
                 let reach = point.dot(*normal);
                 if reach > *largest {

@@ -21,7 +21,7 @@ pub struct Item {
     pub world_from_model: DAffine3,
     /// Model-space normals to world space, any length.
     pub normal_world_from_model: Mat3,
-    /// Model-space box around all corners that are numbers.
+    /// Model-space box around all triangles whose corners are numbers.
     pub bounds_model: Aabb,
     /// The same in world space.
     pub bounds: Aabb,

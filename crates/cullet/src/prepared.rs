@@ -6,6 +6,7 @@ use cullet_cull::Aabb;
 use cullet_raster::NO_TRIANGLE;
 use cullet_scene::{Mesh, Scene, TextureRef};
 use cullet_shade::{Mips, Surface, Texture};
+use glam::Vec3;
 
 use crate::Item;
 
@@ -90,14 +91,16 @@ impl Prepared {
     }
 }
 
-/// The box of the corners that triangles use; points no triangle uses draw nothing.
+/// The corners of the triangles that can be drawn: those of which every corner is a number.
+pub(crate) fn drawable(mesh: &Mesh) -> impl Iterator<Item = [Vec3; 3]> {
+    let corners = mesh.triangles.iter().map(|t| t.map(|i| mesh.positions[i as usize]));
+    corners.filter(|corners| corners.iter().all(|p| p.is_finite()))
+}
+
+/// The box of what can be drawn: neither points that no triangle uses nor triangles that will be
+/// dropped may change where a camera stands.
 fn mesh_bounds(mesh: &Mesh) -> Aabb {
-    let mut used = vec![false; mesh.positions.len()];
-    for &i in mesh.triangles.iter().flatten() {
-        used[i as usize] = true;
-    }
-    let corners = mesh.positions.iter().zip(&used).filter(|(_, used)| **used);
-    Aabb::from_points(corners.map(|(p, _)| p.as_dvec3()))
+    Aabb::from_points(drawable(mesh).flatten().map(|p| p.as_dvec3()))
 }
 
 /// Moves the pixels of each image into a pyramid that its textures share.

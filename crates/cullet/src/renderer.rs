@@ -110,7 +110,10 @@ impl Renderer {
         for item in prepared.items() {
             stats.objects.n_in += 1;
             let planes = if item.bounds.is_empty() {
+                let n = u64::from(item.n_triangles);
                 stats.objects.n_empty += 1;
+                stats.triangles +=
+                    SetupCounters { n_in: n, n_not_finite: n, ..SetupCounters::default() };
                 None
             } else if test == CullTest::None {
                 Some(PlaneMask::ALL)

@@ -15,7 +15,8 @@ pub struct FrameStats {
     pub boxes_tested: u64,
     /// What became of the objects.
     pub objects: ObjectCounters,
-    /// What became of the triangles of the objects that were drawn.
+    /// What became of the triangles of the objects that were drawn, and of those without a
+    /// drawable triangle.
     pub triangles: SetupCounters,
     /// Samples that a triangle won, later losers included.
     pub samples_written: u64,
