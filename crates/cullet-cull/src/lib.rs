@@ -14,8 +14,13 @@
 //! - Infinite extents are legal, and `0 * inf` counts as 0: a plane parallel to an axis
 //!   does not care how far a box reaches along it.
 
+#![cfg_attr(not(feature = "std"), no_std)]
+
+extern crate alloc;
+
 mod aabb;
 mod frustum;
+mod hierarchy;
 mod p_vertex;
 mod plane;
 mod ray;
@@ -24,9 +29,12 @@ mod ray_triangle;
 mod rounding;
 mod sphere;
 
+pub mod wide;
+
 pub use aabb::Aabb;
 pub use cullet_transform::PlaneMask;
 pub use frustum::Frustum;
+pub use hierarchy::{Counts, Hierarchy, WalkStats};
 pub use p_vertex::planes_cutting;
 pub use plane::Plane;
 pub use ray::Ray;

@@ -1,0 +1,3 @@
+//! Eight boxes at a time.
+
+pub use fearless_simd::Level;
