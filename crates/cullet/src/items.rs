@@ -4,6 +4,7 @@ use cullet_cull::Aabb;
 use cullet_raster::Facing;
 use cullet_scene::{AlphaMode, Material, Mesh, Object};
 use cullet_shade::{Kernel, Needs, Shading, kernel_for, mirrors, normal_matrix};
+use cullet_transform::View;
 use glam::{DAffine3, Mat3};
 
 /// One object of the scene with what every frame needs to know about it.
@@ -65,6 +66,12 @@ impl Item {
             lambert: kernel(Shading::Lambert),
             unlit: kernel(Shading::Unlit),
         }
+    }
+
+    /// The box that culling tests: world axes, counted from the eye of `view`. Made by the matrix
+    /// that takes the vertices on their way, so that it holds them with all their rounding.
+    pub fn bounds_from_eye(&self, view: &View) -> Aabb {
+        self.bounds_model.transformed(&view.relative_from_model(&self.world_from_model))
     }
 
     /// The kernel that colours this object.

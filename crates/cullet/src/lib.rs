@@ -18,6 +18,7 @@
 //! fail. The same prepared scene, view and settings give the same bytes for every number of
 //! threads, with culling on or off, in debug and in release builds.
 
+mod chunks;
 mod frame;
 mod framing;
 mod items;
@@ -30,6 +31,7 @@ mod schedule;
 mod settings;
 mod shading;
 mod stats;
+mod visibility;
 
 pub use frame::{Frame, Region};
 pub use framing::{DEFAULT_DIRECTION, frame_direction, frame_scene};

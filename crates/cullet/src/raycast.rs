@@ -9,7 +9,7 @@ use cullet_raster::{Facing, Fragment, snap};
 use cullet_transform::{ClipPoint, Kind, PlaneMask, View, Window};
 use glam::{DMat4, DVec3, Vec3};
 
-use crate::renderer::{SUBPIXEL_BITS, is_kept};
+use crate::settings::SUBPIXEL_BITS;
 use crate::shading::{Visible, VisibleTriangle};
 use crate::{Item, Prepared, Settings};
 
@@ -80,7 +80,7 @@ impl<'a> Raycaster<'a> {
                     hit.distance < best.distance
                         || (hit.distance == best.distance && hit.triangle.id < best.triangle.id)
                 });
-                if nearer && is_kept(&hit.triangle, &hit.fragment, self.settings) {
+                if nearer && hit.triangle.keeps(&hit.fragment, self.settings) {
                     nearest = Some(hit);
                 }
             }

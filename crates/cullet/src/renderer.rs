@@ -3,30 +3,15 @@
 use std::time::Instant;
 
 use cullet_cull::{Frustum, planes_cutting};
-use cullet_raster::{
-    DepthFormat, Fragment, Interpolator, KeepAll, KeepIf, NO_TRIANGLE, ReversedF32, ScreenTriangle,
-    SetupCounters, Tile, Triangles, cover, set_up,
-};
-use cullet_scene::AlphaMode;
-use cullet_shade::alpha;
-use cullet_transform::{ClipPoint, PlaneMask, View};
-use glam::DMat4;
+use cullet_raster::{DepthFormat, NO_TRIANGLE, SetupCounters, Tile};
+use cullet_transform::{PlaneMask, View};
 
+use crate::chunks::{Chunk, Depth, fill_chunks, segments};
 use crate::raycast::Raycaster;
 use crate::schedule::{for_each, thread_count};
-use crate::shading::{Shaded, Visible, VisibleTriangle, shade};
-use crate::{CullTest, Frame, FrameStats, Item, Prepared, Region, RendererKind, Settings};
-
-/// Subpixel positions: 24.8 fixed point.
-pub(crate) const SUBPIXEL_BITS: u32 = 8;
-
-type Depth = ReversedF32;
-
-/// Triangles set up by one job.
-const CHUNK_TRIANGLES: u32 = 4096;
-
-/// Jobs set up before their triangles are covered; bounds the memory of set-up triangles.
-const BATCH_CHUNKS: usize = 16;
+use crate::shading::{Shaded, shade};
+use crate::visibility::VisibilityBuffer;
+use crate::{CullTest, Frame, FrameStats, Prepared, Region, RendererKind, Settings};
 
 /// Scratch memory; it carries nothing from one frame to the next.
 #[derive(Debug, Default)]
@@ -36,26 +21,6 @@ pub struct Renderer {
     /// Per item: the planes that cut it, or `None` when it was thrown out.
     planes: Vec<Option<PlaneMask>>,
     chunks: Vec<Chunk>,
-}
-
-/// A list of triangles, some items long, and what setting them up gave.
-#[derive(Debug, Default)]
-struct Chunk {
-    segments: Vec<Segment>,
-    n_triangles: u32,
-    points: Vec<ClipPoint>,
-    triangles: Vec<[u32; 3]>,
-    out: Vec<ScreenTriangle>,
-    counters: SetupCounters,
-}
-
-/// Triangles `first..first + len` of an item, with the screen triangles they became.
-#[derive(Clone, Debug)]
-struct Segment {
-    item_idx: usize,
-    first: u32,
-    len: u32,
-    out: std::ops::Range<usize>,
 }
 
 impl Renderer {
@@ -71,7 +36,7 @@ impl Renderer {
         let threads = thread_count(settings.threads);
         let region = visible_region(view, settings);
         let mut stats = FrameStats::default();
-        self.cull(prepared, view, settings.cull, &mut stats);
+        self.cull(prepared, view, settings, &mut stats);
         stats.stages.cull = start.elapsed();
         frame.reset(region.width, region.height, settings.passes);
 
@@ -103,9 +68,14 @@ impl Renderer {
     }
 
     /// Decides which objects may be in the view, and which planes cut them.
-    fn cull(&mut self, prepared: &Prepared, view: &View, test: CullTest, stats: &mut FrameStats) {
-        let frustum = Frustum::from_camera(view.camera(), view.viewport().aspect());
-        let frustum = frustum.relative_to_eye();
+    fn cull(
+        &mut self,
+        prepared: &Prepared,
+        view: &View,
+        settings: &Settings,
+        stats: &mut FrameStats,
+    ) {
+        let (own, other) = (Culler::new(view), settings.cull_view.as_ref().map(Culler::new));
         self.planes.clear();
         for item in prepared.items() {
             stats.objects.n_in += 1;
@@ -115,15 +85,18 @@ impl Renderer {
                 stats.triangles +=
                     SetupCounters { n_in: n, n_not_finite: n, ..SetupCounters::default() };
                 None
-            } else if test == CullTest::None {
+            } else if settings.cull == CullTest::None {
                 Some(PlaneMask::ALL)
             } else {
-                stats.boxes_tested += 1;
-                // The same matrix that takes the vertices on their way, so that the box holds
-                // them with all their rounding.
-                let relative_from_model = view.relative_from_model(&item.world_from_model);
-                let bounds = item.bounds_model.transformed(&relative_from_model);
-                let planes = planes_cutting(&bounds, &frustum, PlaneMask::ALL);
+                let kept = other.as_ref().is_none_or(|other| {
+                    stats.boxes_tested += 1;
+                    other.planes_cutting(item).is_some()
+                });
+                let planes = kept.then(|| {
+                    stats.boxes_tested += 1;
+                    own.planes_cutting(item)
+                });
+                let planes = planes.flatten();
                 stats.objects.n_outside += u64::from(planes.is_none());
                 planes
             };
@@ -188,6 +161,23 @@ impl Renderer {
     }
 }
 
+/// A view, ready to be asked about objects.
+struct Culler<'a> {
+    view: &'a View,
+    frustum: Frustum,
+}
+
+impl<'a> Culler<'a> {
+    fn new(view: &'a View) -> Self {
+        let frustum = Frustum::from_camera(view.camera(), view.viewport().aspect());
+        Culler { view, frustum: frustum.relative_to_eye() }
+    }
+
+    fn planes_cutting(&self, item: &Item) -> Option<PlaneMask> {
+        planes_cutting(&item.bounds_from_eye(self.view), &self.frustum, PlaneMask::ALL)
+    }
+}
+
 /// The part of the picture to draw, cut to the picture.
 fn visible_region(view: &View, settings: &Settings) -> Region {
     let (width, height) = (view.viewport().width(), view.viewport().height());
@@ -204,191 +194,45 @@ fn visible_region(view: &View, settings: &Settings) -> Region {
     }
 }
 
-/// Cuts an item into pieces of at most [`CHUNK_TRIANGLES`].
-fn segments(item_idx: usize, item: &Item) -> impl Iterator<Item = Segment> + use<> {
-    let n = item.n_triangles;
-    (0..n).step_by(CHUNK_TRIANGLES as usize).map(move |first| {
-        let len = CHUNK_TRIANGLES.min(n - first);
-        Segment { item_idx, first, len, out: 0..0 }
-    })
-}
+#[cfg(test)]
+mod tests {
+    use cullet_scene::synth::synth;
+    use cullet_transform::{Camera, Projection, Viewport};
+    use glam::DVec3;
 
-/// Deals the next segments out to chunks; returns how many chunks got any.
-fn fill_chunks(
-    chunks: &mut Vec<Chunk>,
-    pending: &mut std::iter::Peekable<impl Iterator<Item = Segment>>,
-) -> usize {
-    chunks.resize_with(BATCH_CHUNKS, Chunk::default);
-    for (i, chunk) in chunks.iter_mut().enumerate() {
-        chunk.segments.clear();
-        chunk.n_triangles = 0;
-        if pending.peek().is_none() {
-            return i;
-        }
-        while let Some(segment) = pending.next_if(|next| {
-            chunk.n_triangles == 0 || chunk.n_triangles + next.len <= CHUNK_TRIANGLES
-        }) {
-            chunk.n_triangles += segment.len;
-            chunk.segments.push(segment);
-        }
-    }
-    BATCH_CHUNKS
-}
+    use super::*;
+    use crate::{Pass, Passes, frame_direction};
 
-impl Chunk {
-    /// Transforms and sets up all segments.
-    fn set_up(&mut self, prepared: &Prepared, view: &View, planes: &[Option<PlaneMask>]) {
-        self.counters = SetupCounters::default();
-        self.out.clear();
-        for segment in &mut self.segments {
-            let item = &prepared.items()[segment.item_idx];
-            let mesh = prepared.mesh(item);
-            let range = segment.first as usize..(segment.first + segment.len) as usize;
-            let clip_from_model = view.clip_from_model(&item.world_from_model);
-            self.points.clear();
-            self.points.extend(mesh.triangles[range].iter().flatten().map(|&i| {
-                ClipPoint::from_model(&clip_from_model, mesh.positions[i as usize].as_dvec3())
-            }));
-            self.triangles.clear();
-            self.triangles.extend((0..segment.len).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]));
-            let input = Triangles {
-                points: &self.points,
-                triangles: &self.triangles,
-                first_id: item.first_triangle + segment.first,
-                planes: planes[segment.item_idx].unwrap_or_default(),
-                facing: item.facing,
-            };
-            let start = self.out.len();
-            self.counters += set_up::<SUBPIXEL_BITS>(view.viewport(), &input, &mut self.out);
-            segment.out = start..self.out.len();
-        }
-    }
-
-    /// Covers `tile` with all set-up triangles.
-    fn cover(
-        &self,
-        prepared: &Prepared,
-        view: &View,
-        settings: &Settings,
-        planes: &[Option<PlaneMask>],
-        tile: &mut Tile<'_, Depth>,
-    ) -> u64 {
-        let mut written = 0;
-        for segment in &self.segments {
-            let item = &prepared.items()[segment.item_idx];
-            let triangles = &self.out[segment.out.clone()];
-            if item.masked {
-                let mut corners = Corners::new(prepared, view, planes);
-                let mut keep = KeepIf(|id, x, y| {
-                    let (triangle, interpolator) = corners.of(id);
-                    is_kept(triangle, &interpolator.fragment(x, y), settings)
-                });
-                for triangle in triangles {
-                    written += cover::<Depth, SUBPIXEL_BITS>(tile, triangle, &mut keep);
-                }
-            } else {
-                for triangle in triangles {
-                    written += cover::<Depth, SUBPIXEL_BITS>(tile, triangle, &mut KeepAll);
-                }
-            }
-        }
-        written
-    }
-
-    fn bytes(&self) -> usize {
-        self.points.capacity() * size_of::<ClipPoint>()
-            + self.triangles.capacity() * size_of::<[u32; 3]>()
-            + self.out.capacity() * size_of::<ScreenTriangle>()
-            + self.segments.capacity() * size_of::<Segment>()
-    }
-}
-
-/// Whether a masked material has matter at a fragment.
-pub(crate) fn is_kept(
-    triangle: &VisibleTriangle<'_>,
-    fragment: &Fragment,
-    settings: &Settings,
-) -> bool {
-    match triangle.surface.material.alpha {
-        AlphaMode::Mask { cutoff } => {
-            alpha(&triangle.surface, triangle.corners, fragment, settings.filter) >= cutoff
-        }
-        AlphaMode::Opaque | AlphaMode::Blend => true,
-    }
-}
-
-/// The visibility buffer of a region, read back as fragments.
-struct VisibilityBuffer<'a> {
-    prepared: &'a Prepared,
-    view: &'a View,
-    planes: &'a [Option<PlaneMask>],
-    region: Region,
-    ids: &'a [u32],
-}
-
-impl Visible for VisibilityBuffer<'_> {
-    fn row<'a>(
-        &'a self,
-        y: u32,
-        xs: std::ops::Range<u32>,
-        fragments: &mut Vec<Fragment>,
-        emit: &mut dyn FnMut(u32, &VisibleTriangle<'a>, &[Fragment]),
-    ) {
-        let mut corners = Corners::new(self.prepared, self.view, self.planes);
-        let start = (y - self.region.y) as usize * self.region.width as usize;
-        let ids = &self.ids[start..start + xs.len()];
-        let mut x = xs.start;
-        for run in ids.chunk_by(|a, b| a == b) {
-            if run[0] != NO_TRIANGLE {
-                let (triangle, interpolator) = corners.of(run[0]);
-                fragments.clear();
-                fragments.extend((x..).take(run.len()).map(|x| interpolator.fragment(x, y)));
-                emit(x, triangle, fragments);
-            }
-            x += run.len() as u32;
-        }
-    }
-}
-
-/// The last triangle asked for, ready to be interpolated over.
-struct Corners<'a> {
-    prepared: &'a Prepared,
-    view: &'a View,
-    planes: &'a [Option<PlaneMask>],
-    clip_from_model: Option<(usize, DMat4)>,
-    last: Option<(u32, VisibleTriangle<'a>, Interpolator)>,
-}
-
-impl<'a> Corners<'a> {
-    fn new(prepared: &'a Prepared, view: &'a View, planes: &'a [Option<PlaneMask>]) -> Self {
-        Corners { prepared, view, planes, clip_from_model: None, last: None }
-    }
-
-    fn of(&mut self, id: u32) -> (&VisibleTriangle<'a>, &Interpolator) {
-        if self.last.as_ref().is_none_or(|(last, ..)| *last != id) {
-            self.last = None;
-        }
-        let last = match self.last.take() {
-            Some(last) => last,
-            None => self.look_up(id),
+    #[test]
+    fn another_view_takes_away_just_what_it_does_not_see() {
+        let prepared = Prepared::new(synth("box-grid:6").unwrap()).unwrap();
+        let viewport = Viewport::new(96, 64).unwrap();
+        let around =
+            View::new(&frame_direction(&prepared, 1.5, DVec3::new(1.0, 0.8, 0.6)), viewport);
+        let lens = Projection::Perspective { yfov: 0.5, near: 0.01, far: f64::INFINITY };
+        let middle = prepared.bounds().center();
+        let inside = Camera::look_at(middle, middle + DVec3::X, DVec3::Y, lens).unwrap();
+        let inside = View::new(&inside, viewport);
+        let draw = |cull_view, cull| {
+            let mut frame = Frame::default();
+            let passes = Passes::COLOR.with(Pass::Id);
+            let settings = Settings { cull, cull_view, passes, ..Settings::default() };
+            let stats = Renderer::default().render(&prepared, &around, &settings, &mut frame);
+            (frame.id, stats.objects.n_drawn)
         };
-        let (_, triangle, interpolator) = self.last.insert(last);
-        (triangle, interpolator)
-    }
 
-    fn look_up(&mut self, id: u32) -> (u32, VisibleTriangle<'a>, Interpolator) {
-        let mut triangle = VisibleTriangle::new(self.prepared, id, true);
-        let item_idx = triangle.item_idx;
-        let clip_from_model = match self.clip_from_model {
-            Some((last, matrix)) if last == item_idx => matrix,
-            _ => self.view.clip_from_model(&triangle.item.world_from_model),
-        };
-        self.clip_from_model = Some((item_idx, clip_from_model));
-        let corners = triangle.positions().map(|p| ClipPoint::from_model(&clip_from_model, p));
-        let planes = self.planes[item_idx].unwrap_or_default();
-        let interpolator =
-            Interpolator::new::<SUBPIXEL_BITS>(self.view.viewport(), &corners, planes);
-        triangle.front = interpolator.is_clockwise() == triangle.item.mirrored;
-        (id, triangle, interpolator)
+        let (ids, n_drawn) = draw(Some(inside), CullTest::PVertex);
+        let kept = |item: &Item| Culler::new(&inside).planes_cutting(item).is_some();
+        let n_kept = prepared.items().iter().filter(|item| kept(item)).count();
+        assert!(0 < n_kept && n_kept < prepared.items().len() / 2);
+        assert_eq!(n_drawn, n_kept as u64);
+        let mut seen: Vec<_> = ids.into_iter().filter(|&id| id != 0).collect();
+        seen.dedup();
+        assert!(!seen.is_empty());
+        assert!(seen.iter().all(|&id| kept(&prepared.items()[id as usize - 1])));
+
+        let everything = draw(None, CullTest::PVertex);
+        assert_eq!(draw(Some(around), CullTest::PVertex), everything);
+        assert_eq!(draw(Some(inside), CullTest::None).0, everything.0);
     }
 }

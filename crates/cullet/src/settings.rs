@@ -1,12 +1,16 @@
 //! How well and how to draw, as against what (`Prepared`) and from where (`View`).
 
 use cullet_shade::{Filter, Light, Shading};
+use cullet_transform::View;
 use glam::Vec4;
 
 use crate::{Passes, Region};
 
-/// The knobs of a frame. None but `shading`, `background`, `light` and `filter` changes
-/// a colour; `cull` and `threads` change only how long it takes.
+/// Subpixel positions: 24.8 fixed point.
+pub(crate) const SUBPIXEL_BITS: u32 = 8;
+
+/// The knobs of a frame. None but `shading`, `background`, `light`, `filter` and `cull_view`
+/// changes a colour; `cull` and `threads` change only how long it takes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
     /// How surfaces answer to light.
@@ -21,6 +25,10 @@ pub struct Settings {
     pub filter: Filter,
     /// The test that throws out objects before any vertex work.
     pub cull: CullTest,
+    /// Also throw out what `cull` finds outside this other view, so that one can look from
+    /// outside at what that view keeps. The one thing about culling that is meant to be seen:
+    /// it takes objects away from the picture.
+    pub cull_view: Option<View>,
     /// Worker threads; 0 means one per core.
     pub threads: usize,
     /// Who finds what is visible.
@@ -38,6 +46,7 @@ impl Default for Settings {
             light: Light::default(),
             filter: Filter::Trilinear,
             cull: CullTest::PVertex,
+            cull_view: None,
             threads: 0,
             renderer: RendererKind::Raster,
             region: None,

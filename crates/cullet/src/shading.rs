@@ -7,7 +7,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use cullet_raster::Fragment;
-use cullet_shade::{Kernel, Surface, base_color, srgb, uv, world_normal, world_position};
+use cullet_scene::AlphaMode;
+use cullet_shade::{Kernel, Surface, alpha, base_color, srgb, uv, world_normal, world_position};
 use glam::{DMat4, DVec3, Vec4};
 
 use crate::frame::Band;
@@ -35,6 +36,16 @@ impl<'a> VisibleTriangle<'a> {
         let surface = prepared.surface(item);
         let corners = surface.mesh.triangles[(id - item.first_triangle) as usize];
         VisibleTriangle { item, item_idx, id, surface, corners, front }
+    }
+
+    /// Whether the material has matter at a fragment: always, unless it is alpha-masked.
+    pub(crate) fn keeps(&self, fragment: &Fragment, settings: &Settings) -> bool {
+        match self.surface.material.alpha {
+            AlphaMode::Mask { cutoff } => {
+                alpha(&self.surface, self.corners, fragment, settings.filter) >= cutoff
+            }
+            AlphaMode::Opaque | AlphaMode::Blend => true,
+        }
     }
 
     /// Model-space corners.

@@ -1,0 +1,90 @@
+//! What the rasterizer found, read back: from triangle ids to fragments.
+
+use cullet_raster::{Fragment, Interpolator, NO_TRIANGLE};
+use cullet_transform::{ClipPoint, PlaneMask, View};
+use glam::DMat4;
+
+use crate::settings::SUBPIXEL_BITS;
+use crate::shading::{Visible, VisibleTriangle};
+use crate::{Prepared, Region};
+
+/// The visibility buffer of a region, read back as fragments.
+pub(crate) struct VisibilityBuffer<'a> {
+    pub prepared: &'a Prepared,
+    pub view: &'a View,
+    pub planes: &'a [Option<PlaneMask>],
+    pub region: Region,
+    pub ids: &'a [u32],
+}
+
+impl Visible for VisibilityBuffer<'_> {
+    fn row<'a>(
+        &'a self,
+        y: u32,
+        xs: std::ops::Range<u32>,
+        fragments: &mut Vec<Fragment>,
+        emit: &mut dyn FnMut(u32, &VisibleTriangle<'a>, &[Fragment]),
+    ) {
+        let mut corners = Corners::new(self.prepared, self.view, self.planes);
+        let start = (y - self.region.y) as usize * self.region.width as usize;
+        let ids = &self.ids[start..start + xs.len()];
+        let mut x = xs.start;
+        for run in ids.chunk_by(|a, b| a == b) {
+            if run[0] != NO_TRIANGLE {
+                let (triangle, interpolator) = corners.of(run[0]);
+                fragments.clear();
+                fragments.extend((x..).take(run.len()).map(|x| interpolator.fragment(x, y)));
+                emit(x, triangle, fragments);
+            }
+            x += run.len() as u32;
+        }
+    }
+}
+
+/// The last triangle asked for, ready to be interpolated over.
+pub(crate) struct Corners<'a> {
+    prepared: &'a Prepared,
+    view: &'a View,
+    planes: &'a [Option<PlaneMask>],
+    clip_from_model: Option<(usize, DMat4)>,
+    last: Option<(u32, VisibleTriangle<'a>, Interpolator)>,
+}
+
+impl<'a> Corners<'a> {
+    pub(crate) fn new(
+        prepared: &'a Prepared,
+        view: &'a View,
+        planes: &'a [Option<PlaneMask>],
+    ) -> Self {
+        Corners { prepared, view, planes, clip_from_model: None, last: None }
+    }
+
+    /// Triangle `id` of the whole scene.
+    pub(crate) fn of(&mut self, id: u32) -> (&VisibleTriangle<'a>, &Interpolator) {
+        if self.last.as_ref().is_none_or(|(last, ..)| *last != id) {
+            self.last = None;
+        }
+        let last = match self.last.take() {
+            Some(last) => last,
+            None => self.look_up(id),
+        };
+        let (_, triangle, interpolator) = self.last.insert(last);
+        (triangle, interpolator)
+    }
+
+    fn look_up(&mut self, id: u32) -> (u32, VisibleTriangle<'a>, Interpolator) {
+        let mut triangle = VisibleTriangle::new(self.prepared, id, true);
+        let item_idx = triangle.item_idx;
+        let clip_from_model = match self.clip_from_model {
+            Some((last, matrix)) if last == item_idx => matrix,
+            _ => self.view.clip_from_model(&triangle.item.world_from_model),
+        };
+        self.clip_from_model = Some((item_idx, clip_from_model));
+        let corners = triangle.positions().map(|p| ClipPoint::from_model(&clip_from_model, p));
+        let planes = self.planes[item_idx].unwrap_or_default();
+        let interpolator =
+            Interpolator::new::<SUBPIXEL_BITS>(self.view.viewport(), &corners, planes);
+        triangle.front = interpolator.is_clockwise() == triangle.item.mirrored;
+        (id, triangle, interpolator)
+    }
+}
