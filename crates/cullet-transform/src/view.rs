@@ -9,7 +9,7 @@ use crate::{Camera, ClipPoint, ScreenPoint, Viewport, Window};
 /// World positions enter relative to the eye: a node's translation loses the eye's position
 /// before it meets any rotation, so a scene that is moved together with its camera gives the
 /// same bits as long as those two sums are exact.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
     camera: Camera,
     viewport: Viewport,

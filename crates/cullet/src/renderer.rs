@@ -11,7 +11,7 @@ use crate::raycast::Raycaster;
 use crate::schedule::{for_each, thread_count};
 use crate::shading::{Shaded, shade};
 use crate::visibility::VisibilityBuffer;
-use crate::{CullTest, Frame, FrameStats, Prepared, Region, RendererKind, Settings};
+use crate::{CullTest, Frame, FrameStats, Item, Prepared, Region, RendererKind, Settings};
 
 /// Scratch memory; it carries nothing from one frame to the next.
 #[derive(Debug, Default)]

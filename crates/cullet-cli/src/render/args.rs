@@ -164,6 +164,7 @@ impl RenderArgs {
                 CullName::PVertex => CullTest::PVertex,
             },
             threads: usize::from(self.threads),
+            cull_view: None,
             renderer: match (self.renderer, self.raycast_geometry) {
                 (RendererName::Raster, _) => RendererKind::Raster,
                 (RendererName::Raycast, RaycastGeometry::Snapped) => {
