@@ -135,6 +135,13 @@ impl Frustum {
         -self.upper_end(&-self.planes[index], index, bounds)
     }
 
+    /// How far each coefficient of plane `index` may be off, without sign: the slack times the
+    /// size of its terms.
+    pub(crate) fn uncertainty(&self, index: usize) -> Plane {
+        let terms = &self.terms[index];
+        Plane { normal: self.slack * terms.normal, offset: self.slack * terms.offset }
+    }
+
     /// The greatest distance that any point of `bounds` can have from any plane whose
     /// coefficients differ from those of `plane` by no more than the slack.
     fn upper_end(&self, plane: &Plane, index: usize, bounds: &Aabb) -> f64 {

@@ -1,0 +1,111 @@
+//! A list of boxes, tested eight at a time, all of them.
+
+use alloc::vec::Vec;
+
+use fearless_simd::{Simd, dispatch};
+
+use super::{Group, Level, Planes8, Space, Stored};
+use crate::{Aabb, Frustum, PlaneMask, planes_cutting};
+
+/// Boxes as a frustum likes them: f32, groups of eight, 24 bytes a box.
+///
+/// A box with a NaN or an infinity, or too far from the others for f32 (2^100 times their
+/// extent), is kept beside and tested by [`planes_cutting`]; there should be few of those.
+#[derive(Clone, Debug)]
+pub struct Boxes8 {
+    pub(crate) space: Space,
+    pub(crate) groups: Vec<Group>,
+    /// The largest coordinate stored, by axis.
+    pub(crate) reach: [f32; 3],
+    pub(crate) beside: Vec<(u32, Aabb)>,
+    n_boxes: usize,
+}
+
+impl Boxes8 {
+    /// The boxes in the order given. Empty ones keep their place and are never visible.
+    pub fn new(boxes: &[Aabb]) -> Boxes8 {
+        let space = Space::around(boxes);
+        let mut groups = alloc::vec![Group::ABSENT; boxes.len().div_ceil(8)];
+        let mut beside = Vec::new();
+        for (index, bounds) in boxes.iter().enumerate() {
+            match space.store(bounds) {
+                Stored::Bounded(stored) => groups[index / 8].set(index % 8, &stored),
+                Stored::Beside => beside.push((index as u32, *bounds)),
+                Stored::Empty => {}
+            }
+        }
+        let reach = reach(&groups);
+        Boxes8 { space, groups, reach, beside, n_boxes: boxes.len() }
+    }
+
+    /// How many boxes, empty ones included.
+    pub fn len(&self) -> usize {
+        self.n_boxes
+    }
+
+    /// Whether there is no box at all.
+    pub fn is_empty(&self) -> bool {
+        self.n_boxes == 0
+    }
+
+    /// Bytes that [`Boxes8::visible_into`] fills.
+    pub fn n_groups(&self) -> usize {
+        self.groups.len()
+    }
+
+    /// Sets bit `i % 8` of `out[i / 8]` if `frustum` may see box `i`, and clears it if not.
+    ///
+    /// # Panics
+    /// If `out` has not [`Boxes8::n_groups`] bytes.
+    pub fn visible_into(&self, frustum: &Frustum, level: Level, out: &mut [u8]) {
+        assert_eq!(out.len(), self.n_groups(), "one byte per group of eight boxes");
+        let planes = self.planes(frustum);
+        dispatch!(level, simd => visible(simd, &planes, &self.groups, out));
+        for (index, bounds) in &self.beside {
+            if planes_cutting(bounds, frustum, PlaneMask::ALL).is_some() {
+                out[*index as usize / 8] |= 1 << (index % 8);
+            }
+        }
+    }
+
+    /// For each box the planes that may cut it, or `None` if one of them excludes it.
+    ///
+    /// # Panics
+    /// If `out` has not [`Boxes8::len`] elements.
+    pub fn cutting_into(&self, frustum: &Frustum, level: Level, out: &mut [Option<PlaneMask>]) {
+        assert_eq!(out.len(), self.len(), "one verdict per box");
+        let planes = self.planes(frustum);
+        dispatch!(level, simd => cutting(simd, &planes, &self.groups, out));
+        for (index, bounds) in &self.beside {
+            out[*index as usize] = planes_cutting(bounds, frustum, PlaneMask::ALL);
+        }
+    }
+
+    pub(crate) fn planes(&self, frustum: &Frustum) -> Planes8 {
+        Planes8::new(frustum, &self.space, self.reach)
+    }
+}
+
+/// The largest coordinate by axis.
+pub(crate) fn reach(groups: &[Group]) -> [f32; 3] {
+    groups.iter().map(Group::reach).fold([0.0; 3], |a, b| core::array::from_fn(|i| a[i].max(b[i])))
+}
+
+#[inline(always)]
+fn visible<S: Simd>(simd: S, planes: &Planes8, groups: &[Group], out: &mut [u8]) {
+    for (group, out) in groups.iter().zip(out) {
+        *out = planes.visible(simd, group);
+    }
+}
+
+#[inline(always)]
+fn cutting<S: Simd>(simd: S, planes: &Planes8, groups: &[Group], out: &mut [Option<PlaneMask>]) {
+    for (group, out) in groups.iter().zip(out.chunks_mut(8)) {
+        let verdict = planes.test(simd, group, planes.asked);
+        let masks = verdict.masks();
+        for (lane, out) in out.iter_mut().enumerate() {
+            let visible = verdict.visible >> lane & 1 != 0;
+            *out = if visible { Some(PlaneMask::from_bits(masks[lane])) } else { None };
+        }
+    }
+}

@@ -1,0 +1,116 @@
+//! Eight stored boxes, one array per bound.
+
+/// A box in stored units; see [`super::Space`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Box32 {
+    pub min: [f32; 3],
+    pub max: [f32; 3],
+}
+
+impl Box32 {
+    /// Neutral in unions.
+    pub const EMPTY: Box32 = Box32 { min: [f32::INFINITY; 3], max: [f32::NEG_INFINITY; 3] };
+
+    /// The least box around both, exactly. An absent box (NaN) is neutral.
+    #[inline]
+    pub fn union(&self, other: &Box32) -> Box32 {
+        let mut all = *self;
+        for axis in 0..3 {
+            all.min[axis] = all.min[axis].min(other.min[axis]);
+            all.max[axis] = all.max[axis].max(other.max[axis]);
+        }
+        all
+    }
+
+    /// Twice the middle along `axis`.
+    #[inline]
+    pub fn center2(&self, axis: usize) -> f32 {
+        self.min[axis] + self.max[axis]
+    }
+
+    /// Half the area of the six faces, stored units; 0 for an empty box.
+    #[inline]
+    pub fn half_area(&self) -> f32 {
+        let [x, y, z] = core::array::from_fn(|i| (self.max[i] - self.min[i]).max(0.0));
+        x * y + y * z + z * x
+    }
+
+    /// Whether `other` lies within.
+    pub fn contains(&self, other: &Box32) -> bool {
+        (0..3).all(|i| self.min[i] <= other.min[i] && other.max[i] <= self.max[i])
+    }
+}
+
+/// Eight boxes; an absent one is NaN throughout, so that every comparison rejects it.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub(crate) struct Group {
+    /// Lesser bounds by axis and lane.
+    pub min: [[f32; 8]; 3],
+    /// Greater bounds by axis and lane.
+    pub max: [[f32; 8]; 3],
+}
+
+impl Group {
+    /// Eight absent boxes.
+    pub const ABSENT: Group = Group { min: [[f32::NAN; 8]; 3], max: [[f32::NAN; 8]; 3] };
+
+    /// The box in `lane`; NaN if absent.
+    #[inline]
+    pub fn get(&self, lane: usize) -> Box32 {
+        Box32 { min: self.min.map(|row| row[lane]), max: self.max.map(|row| row[lane]) }
+    }
+
+    /// Puts a box in `lane`.
+    #[inline]
+    pub fn set(&mut self, lane: usize, bounds: &Box32) {
+        for axis in 0..3 {
+            self.min[axis][lane] = bounds.min[axis];
+            self.max[axis][lane] = bounds.max[axis];
+        }
+    }
+
+    /// Takes the box in `lane` away.
+    pub fn clear(&mut self, lane: usize) {
+        self.set(lane, &Box32 { min: [f32::NAN; 3], max: [f32::NAN; 3] });
+    }
+
+    /// The least box around all present.
+    pub fn union(&self) -> Box32 {
+        (0..8).fold(Box32::EMPTY, |all, lane| all.union(&self.get(lane)))
+    }
+
+    /// The largest coordinate along each axis, without sign; 0 if all are absent.
+    pub fn reach(&self) -> [f32; 3] {
+        core::array::from_fn(|axis| {
+            let rows = self.min[axis].iter().chain(&self.max[axis]);
+            rows.fold(0.0_f32, |reach, x| reach.max(x.abs()))
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn absent_boxes_are_neutral() {
+        let mut group = Group::ABSENT;
+        assert_eq!(group.union(), Box32::EMPTY);
+        assert_eq!(group.reach(), [0.0; 3]);
+        let a = Box32 { min: [-3.0, 0.0, 1.0], max: [1.0, 2.0, 4.0] };
+        group.set(5, &a);
+        assert_eq!((group.union(), group.get(5)), (a, a));
+        assert_eq!(group.reach(), [3.0, 2.0, 4.0]);
+        assert!(group.get(4).min[0].is_nan());
+        group.clear(5);
+        assert_eq!(group.union(), Box32::EMPTY);
+    }
+
+    #[test]
+    fn areas() {
+        let a = Box32 { min: [0.0; 3], max: [1.0, 2.0, 3.0] };
+        assert_eq!(a.half_area(), 11.0);
+        assert_eq!(Box32::EMPTY.half_area(), 0.0);
+    }
+}

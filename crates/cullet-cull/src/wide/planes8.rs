@@ -1,0 +1,214 @@
+//! The planes of a frustum as eight boxes meet them.
+
+use fearless_simd::{Simd, f32x8, mask32x8, prelude::*};
+
+use super::space::{down, up};
+use super::{Group, Space};
+use crate::{Frustum, PlaneMask};
+
+/// 2^-24, the unit roundoff of f32.
+const U: f64 = 1.0 / (1 << 24) as f64;
+
+/// Coefficients below this become 0.
+const SMALLEST: f64 = 1.0 / (1_u64 << 60) as f64;
+
+/// More than a sum of underflows loses.
+const UNDERFLOW: f64 = f32::MIN_POSITIVE as f64 / (1 << 20) as f64;
+
+/// A plane in stored units, with room for every rounding; see the module above.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Plane32 {
+    /// Inward, about unit length.
+    pub normal: [f32; 3],
+    /// Added to the farthest corner: below zero proves the box outside.
+    pub outer: f32,
+    /// Added to the nearest corner: at or above zero proves the box inside.
+    pub inner: f32,
+}
+
+impl Plane32 {
+    /// Decides nothing.
+    const UNKNOWN: Plane32 =
+        Plane32 { normal: [0.0; 3], outer: f32::INFINITY, inner: f32::NEG_INFINITY };
+    /// Everything is inside.
+    const AT_INFINITY: Plane32 =
+        Plane32 { normal: [0.0; 3], outer: f32::INFINITY, inner: f32::INFINITY };
+
+    /// Plane `index` of `frustum`, for boxes stored in `space` with no coordinate beyond `reach`.
+    fn new(frustum: &Frustum, index: usize, space: &Space, reach: [f32; 3]) -> Plane32 {
+        let (plane, slack) = (&frustum.planes[index], frustum.uncertainty(index));
+        if plane.offset == f64::INFINITY {
+            return Plane32::AT_INFINITY;
+        }
+        let from_eye = (space.origin - frustum.origin) * space.scale;
+        let (offset, offset_slack) = (plane.offset * space.scale, slack.offset * space.scale);
+        let terms = plane.normal * from_eye;
+        let rebased = terms.x + terms.y + terms.z + offset;
+
+        // What the sum above may have lost, and what the plane never knew.
+        let mut doubt = 8.0 * f64::EPSILON * (terms.abs().element_sum() + offset.abs())
+            + slack.normal.dot(from_eye.abs())
+            + offset_slack;
+        let mut normal = [0.0; 3];
+        for axis in 0..3 {
+            let (n, reach) = (plane.normal[axis], f64::from(reach[axis]));
+            doubt += slack.normal[axis] * reach;
+            if n.abs() < SMALLEST {
+                doubt += n.abs() * reach;
+            } else {
+                normal[axis] = n as f32;
+            }
+        }
+        let known = (rebased + doubt).is_finite() && normal.iter().all(|n| n.abs() <= 2.0);
+        if !known {
+            return Plane32::UNKNOWN;
+        }
+        let (greatest, least) = (rebased + doubt, rebased - doubt);
+        Plane32 {
+            normal,
+            outer: up(greatest + 8.0 * U * greatest.abs() + UNDERFLOW),
+            inner: down(least - 8.0 * U * least.abs() - UNDERFLOW),
+        }
+    }
+}
+
+/// Six planes in stored units.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Planes8 {
+    pub planes: [Plane32; 6],
+    /// The planes that may cut anything: all but those at infinity, and at least one.
+    pub asked: PlaneMask,
+}
+
+/// What the planes asked say about eight boxes. Absent boxes are not visible.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Verdict {
+    /// One bit per box that no plane excludes.
+    pub visible: u8,
+    /// Byte `p`: one bit per box that plane `p` may cut, meaningful for visible boxes.
+    cutting: u64,
+}
+
+impl Verdict {
+    /// By box, one bit per plane that may cut it; meaningful for visible boxes.
+    #[inline(always)]
+    pub fn masks(self) -> [u8; 8] {
+        transposed(self.cutting).to_le_bytes()
+    }
+
+    /// One bit per visible box that no plane cuts.
+    #[inline(always)]
+    pub fn inside(self) -> u8 {
+        let folded = self.cutting | self.cutting >> 32;
+        let folded = folded | folded >> 16;
+        self.visible & !((folded | folded >> 8) as u8)
+    }
+}
+
+impl Planes8 {
+    /// The planes of `frustum` for boxes stored in `space` with no coordinate beyond `reach`.
+    pub fn new(frustum: &Frustum, space: &Space, reach: [f32; 3]) -> Planes8 {
+        let planes: [Plane32; 6] =
+            core::array::from_fn(|index| Plane32::new(frustum, index, space, reach));
+        let mut asked = PlaneMask::NONE;
+        for (index, plane) in planes.iter().enumerate() {
+            if plane.inner < f32::INFINITY {
+                asked.insert(index);
+            }
+        }
+        // Absent boxes fall to a comparison: make sure there is one.
+        let asked = if asked.is_empty() { PlaneMask::from_bits(1) } else { asked };
+        Planes8 { planes, asked }
+    }
+
+    /// Asks the planes in `asked`, not none, about eight boxes.
+    #[inline(always)]
+    pub fn test<S: Simd>(&self, simd: S, group: &Group, asked: PlaneMask) -> Verdict {
+        let mut visible = 0xff;
+        let mut cutting = 0;
+        let mut left = asked.bits();
+        while left != 0 {
+            let index = left.trailing_zeros() as usize;
+            left &= left - 1;
+            let plane = &self.planes[index.min(5)];
+            let zero = f32x8::splat(simd, 0.0);
+            let outer = upper_end(simd, plane, group).simd_ge(zero).to_bitmask() as u8;
+            let inner = lower_end(simd, plane, group).simd_ge(zero).to_bitmask() as u8;
+            visible &= outer;
+            cutting |= u64::from(!inner) << (8 * index);
+        }
+        Verdict { visible, cutting }
+    }
+
+    /// One bit per present box that none of the six planes excludes.
+    #[inline(always)]
+    pub fn visible<S: Simd>(&self, simd: S, group: &Group) -> u8 {
+        let zero = f32x8::splat(simd, 0.0);
+        let mut visible = mask32x8::splat(simd, true);
+        for plane in &self.planes {
+            visible &= upper_end(simd, plane, group).simd_ge(zero);
+        }
+        visible.to_bitmask() as u8
+    }
+}
+
+/// Of each box, the computed distance of the corner farthest along the normal.
+#[inline(always)]
+fn upper_end<S: Simd>(simd: S, plane: &Plane32, group: &Group) -> f32x8<S> {
+    let [nx, ny, nz] = plane.normal;
+    let x = if nx >= 0.0 { &group.max[0] } else { &group.min[0] };
+    let y = if ny >= 0.0 { &group.max[1] } else { &group.min[1] };
+    let z = if nz >= 0.0 { &group.max[2] } else { &group.min[2] };
+    distance(simd, plane.normal, [x, y, z], plane.outer)
+}
+
+/// Of each box, the computed distance of the corner nearest along the normal.
+#[inline(always)]
+fn lower_end<S: Simd>(simd: S, plane: &Plane32, group: &Group) -> f32x8<S> {
+    let [nx, ny, nz] = plane.normal;
+    let x = if nx >= 0.0 { &group.min[0] } else { &group.max[0] };
+    let y = if ny >= 0.0 { &group.min[1] } else { &group.max[1] };
+    let z = if nz >= 0.0 { &group.min[2] } else { &group.max[2] };
+    distance(simd, plane.normal, [x, y, z], plane.inner)
+}
+
+/// The order of these operations is part of the result; `reference` repeats it.
+#[inline(always)]
+fn distance<S: Simd>(simd: S, normal: [f32; 3], corner: [&[f32; 8]; 3], offset: f32) -> f32x8<S> {
+    let x = f32x8::simd_from(simd, *corner[0]) * normal[0];
+    let y = f32x8::simd_from(simd, *corner[1]) * normal[1];
+    let z = f32x8::simd_from(simd, *corner[2]) * normal[2];
+    (x + y) + (z + offset)
+}
+
+/// The transpose of an 8x8 matrix of bits: bit `i` of byte `j` becomes bit `j` of byte `i`
+/// (Warren, "Hacker's Delight", 2012, section 7-3).
+#[inline(always)]
+const fn transposed(mut x: u64) -> u64 {
+    let t = (x ^ (x >> 7)) & 0x00aa_00aa_00aa_00aa;
+    x ^= t ^ (t << 7);
+    let t = (x ^ (x >> 14)) & 0x0000_cccc_0000_cccc;
+    x ^= t ^ (t << 14);
+    let t = (x ^ (x >> 28)) & 0x0000_0000_f0f0_f0f0;
+    x ^ t ^ (t << 28)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn transposing_moves_each_bit() {
+        for (i, j) in (0..8).flat_map(|i| (0..8).map(move |j| (i, j))) {
+            assert_eq!(transposed(1 << (8 * j + i)), 1 << (8 * i + j));
+        }
+    }
+
+    #[test]
+    fn verdicts_by_box() {
+        // Plane 0 cuts boxes 0 and 2, plane 5 boxes 2 and 3; box 3 is not visible.
+        let verdict = Verdict { visible: 0b0111, cutting: 0b101 | 0b1100 << 40 };
+        assert_eq!(verdict.inside(), 0b0010);
+        assert_eq!(verdict.masks()[..3], [1, 0, 0b10_0001]);
+    }
+}

@@ -1,0 +1,154 @@
+//! Boxes and cameras to try the wide tests and the tree on; the same in every run.
+#![allow(dead_code, reason = "each test binary uses its own part")]
+
+use cullet_cull::{Aabb, Frustum};
+use cullet_transform::{Camera, Kind, Projection, Window};
+use glam::{DMat3, DQuat, DVec3};
+
+/// SplitMix64 (Steele, Lea and Flood 2014).
+pub struct Random(pub u64);
+
+impl Random {
+    pub fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    /// In [0, 1).
+    pub fn unit(&mut self) -> f64 {
+        (self.next() >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    pub fn within(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.unit()
+    }
+
+    pub fn below(&mut self, n: usize) -> usize {
+        (self.next() % n as u64) as usize
+    }
+
+    pub fn point(&mut self, extent: f64) -> DVec3 {
+        DVec3::from_array(std::array::from_fn(|_| self.within(-extent, extent)))
+    }
+}
+
+/// Boxes scattered through a cube, of sizes up to `size`, small ones more often.
+pub fn random_boxes(random: &mut Random, n: usize, extent: f64, size: f64) -> Vec<Aabb> {
+    let mut one = || {
+        let center = random.point(extent);
+        let half: [f64; 3] = std::array::from_fn(|_| 0.5 * size * random.unit() * random.unit());
+        let half = DVec3::from_array(half);
+        Aabb { min: center - half, max: center + half }
+    };
+    (0..n).map(|_| one()).collect()
+}
+
+/// Towers on a grid of streets, each with its windows and doors; y is up.
+pub fn city(random: &mut Random, n: usize) -> Vec<Aabb> {
+    let per_block = 50;
+    let side = (n.div_ceil(per_block) as f64).sqrt().ceil().max(1.0);
+    let mut boxes = Vec::with_capacity(n);
+    for block in 0.. {
+        let (x, z) = ((f64::from(block) % side).floor(), (f64::from(block) / side).floor());
+        let corner = DVec3::new((x - 0.5 * side) * 40.0, 0.0, (z - 0.5 * side) * 40.0);
+        let height = 10.0 + 90.0 * random.unit() * random.unit();
+        for part in 0..per_block {
+            if boxes.len() == n {
+                return boxes;
+            }
+            let (at, half) = if part == 0 {
+                (DVec3::new(15.0, 0.5 * height, 15.0), DVec3::new(12.0, 0.5 * height, 12.0))
+            } else {
+                let at = DVec3::new(
+                    random.within(0.0, 40.0),
+                    random.unit() * height,
+                    random.within(0.0, 40.0),
+                );
+                (at, DVec3::new(0.5, 1.0, 0.2) * random.within(0.2, 1.5))
+            };
+            boxes.push(Aabb { min: corner + at - half, max: corner + at + half });
+        }
+    }
+    boxes
+}
+
+/// Empty, NaN, infinite, flat and huge boxes among ordinary ones.
+pub fn odd_boxes(random: &mut Random, n: usize) -> Vec<Aabb> {
+    let mut boxes = random_boxes(random, n, 100.0, 10.0);
+    for (i, bounds) in boxes.iter_mut().enumerate() {
+        match i % 13 {
+            1 => *bounds = Aabb::EMPTY,
+            2 => bounds.max.y = f64::NAN,
+            3 => bounds.max.x = f64::INFINITY,
+            4 => bounds.min.z = f64::NEG_INFINITY,
+            5 => bounds.max = bounds.min,
+            6 => bounds.min.y = -1e40,
+            7 => bounds.max.x = bounds.min.x - 1.0,
+            8 => bounds.min = DVec3::splat(-0.0),
+            9 => *bounds = Aabb { min: DVec3::splat(5e-324), max: DVec3::splat(1e-310) },
+            10 => *bounds = Aabb { min: DVec3::splat(3.0), max: DVec3::splat(4.0) },
+            _ => {}
+        }
+    }
+    boxes
+}
+
+/// Views of where the finite boxes are: inside and outside of them, all lenses.
+pub fn cameras(random: &mut Random, boxes: &[Aabb], n: usize) -> Vec<Frustum> {
+    let finite = |b: &&Aabb| b.min.is_finite() && b.max.is_finite() && b.min.x.abs() < 1e35;
+    let all = boxes.iter().filter(finite).fold(Aabb::EMPTY, |all, b| all.union(b));
+    let (center, extent) = if all.is_empty() || all.is_nan() {
+        (DVec3::ZERO, 1.0)
+    } else {
+        (all.center(), all.half_extent().max_element().max(1e-300))
+    };
+    (0..n)
+        .map(|i| {
+            let near = extent * 10_f64.powf(random.within(-6.0, -1.0));
+            let far = if i % 3 == 0 { f64::INFINITY } else { extent * random.within(0.2, 4.0) };
+            let spread = if i % 4 == 0 { 3.0 } else { 0.9 };
+            let eye = center + random.point(extent * spread);
+            if i % 5 == 4 {
+                let (w, h) = (extent * random.unit(), extent * random.unit());
+                let rotation = DMat3::from_quat(quaternion(random));
+                let window = Window {
+                    kind: Kind::Orthographic,
+                    left: -w,
+                    right: 0.5 * w,
+                    bottom: -0.2 * h,
+                    top: h,
+                    near: 0.0,
+                    far: 2.0 * extent,
+                };
+                return Frustum::from_window(eye, &rotation, &window);
+            }
+            if i % 5 == 3 {
+                // A tile of a rolled picture.
+                let rotation = DMat3::from_quat(quaternion(random));
+                let (left, bottom) = (random.within(-1.0, 0.9), random.within(-1.0, 0.9));
+                let window = Window {
+                    kind: Kind::Perspective,
+                    left,
+                    right: left + 0.1,
+                    bottom,
+                    top: bottom + 0.1,
+                    near,
+                    far,
+                };
+                return Frustum::from_window(eye, &rotation, &window);
+            }
+            let yfov = [1.0, 0.02, 3.12][i % 3];
+            let target = eye + random.point(extent);
+            let lens = Projection::Perspective { yfov, near, far: far.max(near * 2.0) };
+            let camera = Camera::look_at(eye, target, DVec3::Y, lens).expect("a camera");
+            Frustum::from_camera(&camera, 16.0 / 9.0)
+        })
+        .collect()
+}
+
+fn quaternion(random: &mut Random) -> DQuat {
+    let p = random.point(1.0);
+    DQuat::from_xyzw(p.x, p.y, p.z, random.within(0.1, 1.0)).normalize()
+}
