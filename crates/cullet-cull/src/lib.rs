@@ -35,7 +35,7 @@ pub mod wide;
 pub use aabb::Aabb;
 pub use cullet_transform::PlaneMask;
 pub use frustum::Frustum;
-pub use hierarchy::{Counts, Hierarchy, WalkStats};
+pub use hierarchy::{Counts, Hierarchy, Join, MAX_LEVELS, WalkStats};
 pub use ladder::{Test, Visibility, classify, visible};
 pub use p_vertex::planes_cutting;
 pub use plane::Plane;

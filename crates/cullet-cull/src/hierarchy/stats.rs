@@ -2,13 +2,14 @@
 
 use core::ops::AddAssign;
 
-/// The deepest a tree gets: children of the root are at level 0.
+/// The most levels a tree has. Eight to the tenth is all that 32-bit item numbers can name, the
+/// rest is room for boxes that refuse to be balanced.
 pub const MAX_LEVELS: usize = 32;
 
-/// Verdicts on a number of boxes; `tested` is the sum of the three others.
+/// Verdicts on a number of boxes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
-    /// Boxes asked about.
+    /// Boxes asked about: the sum of the other three.
     pub tested: u64,
     /// Excluded by a plane.
     pub outside: u64,
@@ -40,6 +41,8 @@ pub struct WalkStats {
     pub n_untested: u64,
     /// Items returned.
     pub n_visible: u64,
+    /// Nodes and leaves that `occluded` said are hidden.
+    pub n_occluded: u64,
 }
 
 impl WalkStats {
@@ -60,5 +63,6 @@ impl AddAssign<&WalkStats> for WalkStats {
         self.n_groups += other.n_groups;
         self.n_untested += other.n_untested;
         self.n_visible += other.n_visible;
+        self.n_occluded += other.n_occluded;
     }
 }

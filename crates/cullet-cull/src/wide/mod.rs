@@ -53,6 +53,7 @@ pub use fearless_simd::Level;
 #[cfg(feature = "std")]
 pub use level::levels;
 
+pub(crate) use boxes8::reach;
 pub(crate) use group::{Box32, Group};
-pub(crate) use planes8::Planes8;
+pub(crate) use planes8::{Planes8, Verdict};
 pub(crate) use space::{Space, Stored};

@@ -102,7 +102,7 @@ pub fn cameras(random: &mut Random, boxes: &[Aabb], n: usize) -> Vec<Frustum> {
     let (center, extent) = if all.is_empty() || all.is_nan() {
         (DVec3::ZERO, 1.0)
     } else {
-        (all.center(), all.half_extent().max_element().max(1e-300))
+        (all.center(), Some(all.half_extent().max_element()).filter(|e| *e > 0.0).unwrap_or(1.0))
     };
     (0..n)
         .map(|i| {

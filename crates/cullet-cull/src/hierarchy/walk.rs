@@ -1,0 +1,262 @@
+//! One frustum through the tree.
+//!
+//! A node is tested with the planes its own box was found to be cut by, all children at once,
+//! and each surviving child inherits what cuts it (Bishop, Eberly, Whitted, Finch and Shantz,
+//! "Designing a PC Game Engine", 1998; Assarsson and Möller, "Optimized View Frustum Culling
+//! Algorithms for Bounding Boxes", 2000). A child that nothing cuts needs no further test: its
+//! items lie side by side and are returned as one run.
+
+use fearless_simd::{Simd, dispatch, f32x8, prelude::*};
+
+use super::stats::{Counts, MAX_LEVELS, WalkStats};
+use super::tree::{Child, Tree};
+use crate::wide::{Group, Level, Planes8, Verdict};
+use crate::{Aabb, Frustum, PlaneMask, planes_cutting};
+
+/// What to do beyond finding the visible items.
+pub(super) trait Manner {
+    /// Children in this order along the view direction, nearest first; else as they come.
+    const NEAR_TO_FAR: bool;
+    /// Every box of a node or leaf is shown to [`Manner::hidden`], none skipped for a run.
+    const ASKS: bool;
+    /// Whether nothing in this box can be seen.
+    fn hidden(&mut self, bounds: &Aabb) -> bool;
+}
+
+/// As fast as possible.
+pub(super) struct AnyOrder;
+
+impl Manner for AnyOrder {
+    const NEAR_TO_FAR: bool = false;
+    const ASKS: bool = false;
+    fn hidden(&mut self, _: &Aabb) -> bool {
+        false
+    }
+}
+
+/// Nearest first.
+pub(super) struct NearToFar;
+
+impl Manner for NearToFar {
+    const NEAR_TO_FAR: bool = true;
+    const ASKS: bool = false;
+    fn hidden(&mut self, _: &Aabb) -> bool {
+        false
+    }
+}
+
+/// Nearest first, and a question before each box.
+pub(super) struct Occluded<'a>(pub &'a mut dyn FnMut(&Aabb) -> bool);
+
+impl Manner for Occluded<'_> {
+    const NEAR_TO_FAR: bool = true;
+    const ASKS: bool = true;
+    fn hidden(&mut self, bounds: &Aabb) -> bool {
+        (self.0)(bounds)
+    }
+}
+
+/// Receives runs of items that share a mask.
+pub(super) type Visit<'a> = dyn FnMut(&[u32], PlaneMask) + 'a;
+
+pub(super) fn walk<M: Manner>(
+    tree: &Tree,
+    frustum: &Frustum,
+    level: Level,
+    mut manner: M,
+    visit: &mut Visit<'_>,
+) -> WalkStats {
+    let mut stats = WalkStats::default();
+    for (id, bounds) in &tree.beside {
+        let cutting = planes_cutting(bounds, frustum, PlaneMask::ALL);
+        let counts = match cutting {
+            None => Counts { tested: 1, outside: 1, ..Counts::default() },
+            Some(PlaneMask::NONE) => Counts { tested: 1, inside: 1, ..Counts::default() },
+            Some(_) => Counts { tested: 1, straddling: 1, ..Counts::default() },
+        };
+        stats.items += counts;
+        if let Some(cutting) = cutting {
+            stats.n_visible += 1;
+            visit(&[*id], cutting);
+        }
+    }
+    if tree.has_root() {
+        let planes = Planes8::new(frustum, &tree.space, tree.reach);
+        let forward = forward(frustum);
+        let mut walker = Walker { tree, planes, forward, stats: &mut stats, visit };
+        dispatch!(level, simd => walker.run(simd, &mut manner));
+    }
+    stats
+}
+
+/// The view direction as far as order goes: away from the near plane.
+fn forward(frustum: &Frustum) -> [f32; 3] {
+    frustum.planes[cullet_transform::Plane::Near.index()].normal.to_array().map(|x| x as f32)
+}
+
+/// A child still to be looked at.
+#[derive(Clone, Copy, Default)]
+struct Pending {
+    /// The node it is a child of.
+    node: u32,
+    lane: u8,
+    /// Its own, counted from 0 for the children of the root.
+    level: u8,
+    /// The planes that cut it.
+    cutting: PlaneMask,
+}
+
+/// A node leaves the stack before its eight children enter it.
+const STACK: usize = 7 * MAX_LEVELS + 8;
+
+struct Walker<'a> {
+    tree: &'a Tree,
+    planes: Planes8,
+    forward: [f32; 3],
+    stats: &'a mut WalkStats,
+    visit: &'a mut Visit<'a>,
+}
+
+impl Walker<'_> {
+    #[inline(always)]
+    fn run<S: Simd, M: Manner>(&mut self, simd: S, manner: &mut M) {
+        let mut stack = Stack { pending: [Pending::default(); STACK], n: 0 };
+        self.enter::<S, M>(simd, 0, 0, self.planes.asked, &mut stack);
+        while let Some(Pending { node, lane, level, cutting }) = stack.pop() {
+            let parent = &self.tree.nodes[node as usize];
+            let lane = usize::from(lane & 7);
+            if M::ASKS && manner.hidden(&self.tree.space.restore(&parent.bounds.get(lane))) {
+                self.stats.n_occluded += 1;
+                continue;
+            }
+            let child = parent.children[lane];
+            if let Some(group) = child.group() {
+                self.sift(simd, group, child, cutting);
+            } else if cutting.is_empty() && child.len > 0 && !M::ASKS {
+                self.take(child);
+            } else if let Some(node) = child.node() {
+                self.enter::<S, M>(simd, node, level + 1, cutting, &mut stack);
+            }
+        }
+    }
+
+    /// Tests the children of a node and puts those that remain on the stack.
+    #[inline(always)]
+    fn enter<S: Simd, M: Manner>(
+        &mut self,
+        simd: S,
+        index: usize,
+        level: u8,
+        asked: PlaneMask,
+        stack: &mut Stack,
+    ) {
+        let node = &self.tree.nodes[index];
+        let (mut visible, mut masks) = (node.present, [0; 8]);
+        if !asked.is_empty() {
+            let verdict = self.planes.test(simd, &node.bounds, asked);
+            self.stats.n_groups += 1;
+            self.stats.levels[usize::from(level) % MAX_LEVELS] += counts(node.present, verdict);
+            (visible, masks) = (verdict.visible, verdict.masks());
+        }
+        let node = index as u32;
+        if M::NEAR_TO_FAR {
+            let keys = along(simd, &self.tree.nodes[index].bounds, self.forward);
+            let base = stack.n;
+            while visible != 0 {
+                let lane = visible.trailing_zeros() as usize;
+                visible &= visible - 1;
+                let cutting = PlaneMask::from_bits(masks[lane]);
+                stack.push(Pending { node, lane: lane as u8, level, cutting });
+                stack.sink(base, &keys);
+            }
+        } else {
+            while visible != 0 {
+                let lane = 7 - visible.leading_zeros() as usize;
+                visible ^= 1 << lane;
+                let cutting = PlaneMask::from_bits(masks[lane]);
+                stack.push(Pending { node, lane: lane as u8, level, cutting });
+            }
+        }
+    }
+
+    /// Tests the items of a leaf.
+    #[inline(always)]
+    fn sift<S: Simd>(&mut self, simd: S, group: usize, leaf: Child, asked: PlaneMask) {
+        if asked.is_empty() {
+            return self.take(leaf);
+        }
+        let verdict = self.planes.test(simd, &self.tree.groups[group], asked);
+        let present = 0xff >> (8 - leaf.len.clamp(1, 8));
+        self.stats.n_groups += 1;
+        self.stats.items += counts(present, verdict);
+        self.stats.n_visible += u64::from(verdict.visible.count_ones());
+        let ids = &self.tree.ids[leaf.slots()];
+        if verdict.inside() == present {
+            return (self.visit)(ids, PlaneMask::NONE);
+        }
+        let masks = verdict.masks();
+        for (lane, id) in ids.iter().enumerate() {
+            if verdict.visible >> lane & 1 != 0 {
+                (self.visit)(core::slice::from_ref(id), PlaneMask::from_bits(masks[lane & 7]));
+            }
+        }
+    }
+
+    /// Returns everything below a child, whose slots lie side by side.
+    #[inline(always)]
+    fn take(&mut self, child: Child) {
+        self.stats.n_untested += u64::from(child.len);
+        self.stats.n_visible += u64::from(child.len);
+        (self.visit)(&self.tree.ids[child.slots()], PlaneMask::NONE);
+    }
+}
+
+#[inline(always)]
+fn counts(present: u8, verdict: Verdict) -> Counts {
+    let count = |bits: u8| u64::from(bits.count_ones());
+    let (visible, inside) = (count(verdict.visible), count(verdict.inside()));
+    let tested = count(present);
+    Counts { tested, outside: tested - visible, inside, straddling: visible - inside }
+}
+
+/// How far the middle of each box lies along `direction`, times two.
+#[inline(always)]
+fn along<S: Simd>(simd: S, group: &Group, direction: [f32; 3]) -> [f32; 8] {
+    let mut sum = f32x8::splat(simd, 0.0);
+    for axis in 0..3 {
+        let min = f32x8::simd_from(simd, group.min[axis]);
+        let max = f32x8::simd_from(simd, group.max[axis]);
+        sum += (min + max) * direction[axis];
+    }
+    sum.into()
+}
+
+struct Stack {
+    pending: [Pending; STACK],
+    n: usize,
+}
+
+impl Stack {
+    #[inline(always)]
+    fn push(&mut self, pending: Pending) {
+        self.pending[self.n] = pending;
+        self.n += 1;
+    }
+
+    #[inline(always)]
+    fn pop(&mut self) -> Option<Pending> {
+        self.n = self.n.checked_sub(1)?;
+        Some(self.pending[self.n])
+    }
+
+    /// Lets the topmost sink, no further than `base`, until none above it is farther.
+    #[inline(always)]
+    fn sink(&mut self, base: usize, keys: &[f32; 8]) {
+        let key = |pending: Pending| keys[usize::from(pending.lane & 7)];
+        let mut i = self.n - 1;
+        while i > base && key(self.pending[i - 1]) <= key(self.pending[i]) {
+            self.pending.swap(i - 1, i);
+            i -= 1;
+        }
+    }
+}
