@@ -202,6 +202,11 @@ impl Aabb {
         Aabb { min: self.min - origin, max: self.max - origin }
     }
 
+    /// The verdict of every test on a box that is no box: NaN is kept, empty is not.
+    pub(crate) fn undisputed(&self) -> Option<bool> {
+        if self.is_nan() { Some(true) } else { self.is_empty().then_some(false) }
+    }
+
     fn holds_points(&self) -> bool {
         self.min.cmple(self.max).all()
     }

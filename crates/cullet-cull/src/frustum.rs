@@ -1,8 +1,9 @@
 //! What a camera can see: six planes and the eight corners between them.
 //!
-//! Built from the camera's own numbers, never from a matrix: subtracting the rows of a
+//! Built from the camera's own numbers where there is a camera: subtracting the rows of a
 //! rounded matrix loses the far plane (near 0.01, far 1000 is enough in f32), while
-//! here every plane is one sum of two basis vectors.
+//! here every plane is one sum of two basis vectors. From a matrix, where that is all
+//! there is, by [`Frustum::from_matrix`].
 //!
 //! Planes and corners count from [`Frustum::origin`], the eye: a box is moved there
 //! before it is tested, in one rounding per coordinate, so a world 10^8 units from its zero
@@ -25,10 +26,14 @@
 //!
 //! Source: INFOGR lecture 6, the view frustum and its planes.
 
-use cullet_transform::{Camera, Kind, Window};
+use cullet_transform::{Camera, Kind, Projection, Window};
 use glam::{DMat3, DVec3, DVec4};
 
-use crate::rounding::{ROUNDING, times};
+use crate::halfspace::Halfspace;
+use crate::implied::Row;
+use crate::matrix::ExactRows;
+use crate::number::Interval;
+use crate::rounding::ROUNDING;
 use crate::{Aabb, Plane};
 
 /// The view volume of a camera; a closed set.
@@ -41,11 +46,19 @@ pub struct Frustum {
     pub planes: [Plane; 6],
     /// Rounded; points (`w = 1`), or with infinite far the last four are directions
     /// (`w = 0`, length of one unit of view depth): the corner in the limit along that direction.
+    /// Where an oblique matrix tips the far plane over the horizon there are corners with
+    /// `w = -1`: no points of the volume, which is open there.
     pub corners: [DVec4; 8],
     /// Per plane, the sizes of what its coefficients were summed from.
-    terms: [Plane; 6],
+    pub(crate) terms: [Plane; 6],
+    /// Per corner, likewise.
+    pub(crate) corner_terms: [DVec3; 8],
+    /// Around the corners, as far as the slack lets them move.
+    pub(crate) bounds: Aabb,
     /// Relative allowance on each term, at least [`ROUNDING`].
-    slack: f64,
+    pub(crate) slack: f64,
+    /// What the planes were rounded from, if they came from a matrix.
+    pub(crate) exact: Option<ExactRows>,
 }
 
 impl Frustum {
@@ -53,7 +66,16 @@ impl Frustum {
     /// space, counted from the eye.
     pub fn from_camera(camera: &Camera, aspect: f64) -> Frustum {
         let world_from_view = DMat3::from_cols(camera.right(), camera.up(), camera.back());
-        Frustum::from_window(camera.eye(), &world_from_view, &camera.window(aspect))
+        // An angle given in degrees has lost up to 3 units of 2^-53 of itself on its way
+        // here, which wide angles magnify: tan' = 1 + tan^2.
+        let doubt = match camera.projection() {
+            Projection::Perspective { yfov, .. } => {
+                let tan = libm::tan(0.5 * yfov);
+                1.5 * f64::EPSILON * 0.5 * yfov * (1.0 / tan + tan)
+            }
+            _ => 0.0,
+        };
+        Frustum::with_doubt(camera.eye(), &world_from_view, &camera.window(aspect), doubt)
     }
 
     /// The view volume through any `window`, such as one tile of a picture.
@@ -61,9 +83,15 @@ impl Frustum {
     /// `world_from_view` is a rotation: its columns are right, up and back. The window is
     /// not empty and its distances are in order, as `Projection::window` makes it.
     pub fn from_window(eye: DVec3, world_from_view: &DMat3, window: &Window) -> Frustum {
+        Frustum::with_doubt(eye, world_from_view, window, 0.0)
+    }
+
+    /// With the borders of the window off by up to `doubt` of themselves.
+    fn with_doubt(eye: DVec3, world_from_view: &DMat3, window: &Window, doubt: f64) -> Frustum {
+        let scale = 1.0 + doubt / ROUNDING;
         let DMat3 { x_axis: right, y_axis: up, z_axis: back } = *world_from_view;
         let side = |axis: DVec3, edge: f64| match window.kind {
-            Kind::Perspective => slanted(axis, back, edge),
+            Kind::Perspective => slanted(axis, back, edge, scale),
             Kind::Orthographic => upright(axis, -edge),
         };
         let planes_and_terms = [
@@ -74,23 +102,36 @@ impl Frustum {
             upright(-back, -window.near),
             if window.far.is_finite() { upright(back, window.far) } else { AT_INFINITY },
         ];
-        let corners = core::array::from_fn(|i| {
+        let corners_and_terms: [(DVec4, DVec3); 8] = core::array::from_fn(|i| {
             let x = if i & 1 == 0 { window.left } else { window.right };
             let y = if i & 2 == 0 { window.bottom } else { window.top };
             let z = if i & 4 == 0 { window.near } else { window.far };
+            let (x_terms, y_terms) = (scale * x.abs(), scale * y.abs());
+            let lateral = right * x + up * y;
+            let lateral_terms = nonzero(right) * x_terms + nonzero(up) * y_terms;
             match window.kind {
-                _ if z.is_infinite() => (right * x + up * y - back).extend(0.0),
-                Kind::Perspective => ((right * x + up * y - back) * z).extend(1.0),
-                Kind::Orthographic => (right * x + up * y - back * z).extend(1.0),
+                _ if z.is_infinite() => {
+                    ((lateral - back).extend(0.0), lateral_terms + nonzero(back))
+                }
+                Kind::Perspective => {
+                    (((lateral - back) * z).extend(1.0), (lateral_terms + nonzero(back)) * z)
+                }
+                Kind::Orthographic => {
+                    ((lateral - back * z).extend(1.0), lateral_terms + nonzero(back) * z)
+                }
             }
         });
-        Frustum {
+        let frustum = Frustum {
             origin: eye,
             planes: planes_and_terms.map(|(plane, _)| plane),
-            corners,
+            corners: corners_and_terms.map(|(corner, _)| corner),
             terms: planes_and_terms.map(|(_, terms)| terms),
+            corner_terms: corners_and_terms.map(|(_, terms)| terms),
+            bounds: Aabb::INFINITE,
             slack: ROUNDING,
-        }
+            exact: None,
+        };
+        frustum.outset(ROUNDING)
     }
 
     /// The same volume for boxes that already count from the eye: the origin becomes zero.
@@ -111,12 +152,20 @@ impl Frustum {
     /// than their sum; f32 vertices ask for `64 * 2^-24`.
     #[must_use]
     pub fn outset(&self, relative: f64) -> Frustum {
-        Frustum { slack: relative.max(ROUNDING), ..*self }
+        let slack = relative.max(ROUNDING);
+        let bounds = bounds_of(&self.corners, &self.corner_terms, CORNER_SLACK * slack);
+        Frustum { slack, bounds, ..*self }
     }
 
     /// Whether there is a far plane at a finite distance.
     pub fn has_far(&self) -> bool {
         self.corners[7].w != 0.0
+    }
+
+    /// A box around all of the volume, counted from [`Frustum::origin`]; infinite where the
+    /// volume is. Its faces lie outwards of the true ones by the slack.
+    pub fn bounds(&self) -> Aabb {
+        self.bounds
     }
 
     /// No point of `bounds` is farther inside plane `index` than this, scene units: below zero
@@ -125,14 +174,14 @@ impl Frustum {
     /// `bounds` counts from [`Frustum::origin`] and has no NaN. `0 * inf` is 0; NaN where
     /// infinities oppose.
     pub fn farthest(&self, index: usize, bounds: &Aabb) -> f64 {
-        self.upper_end(&self.planes[index], index, bounds)
+        self.halfspace(index).farthest(bounds)
     }
 
     /// No point of `bounds` is farther outside plane `index` than this, as a signed distance:
     /// at or above zero is proof that the box lies wholly inside. Otherwise like
     /// [`Frustum::farthest`].
     pub fn nearest(&self, index: usize, bounds: &Aabb) -> f64 {
-        -self.upper_end(&-self.planes[index], index, bounds)
+        self.halfspace(index).nearest(bounds)
     }
 
     /// How far each coefficient of plane `index` may be off, without sign: the slack times the
@@ -142,18 +191,47 @@ impl Frustum {
         Plane { normal: self.slack * terms.normal, offset: self.slack * terms.offset }
     }
 
-    /// The greatest distance that any point of `bounds` can have from any plane whose
-    /// coefficients differ from those of `plane` by no more than the slack.
-    fn upper_end(&self, plane: &Plane, index: usize, bounds: &Aabb) -> f64 {
-        let terms = &self.terms[index];
-        // The normal is widened towards whichever sign makes this end count for more.
-        let end = |x: DVec3| times(plane.normal + self.slack * terms.normal * x.signum(), x);
-        let along = end(bounds.min).max(end(bounds.max));
-        along.x + along.y + along.z + (plane.offset + self.slack * terms.offset)
+    pub(crate) fn halfspace(&self, index: usize) -> Halfspace {
+        Halfspace { plane: self.planes[index], error: self.uncertainty(index) }
+    }
+
+    /// All planes as rows, as certain as the slack says; one at infinity holds everywhere.
+    pub(crate) fn rows(&self) -> [Row<Interval>; 6] {
+        core::array::from_fn(|i| {
+            let Halfspace { plane, error } = self.halfspace(i);
+            let value = plane.normal.extend(plane.offset.min(f64::MAX));
+            let error = error.normal.extend(error.offset);
+            core::array::from_fn(|c| Interval { value: value[c], error: error[c] })
+        })
     }
 }
 
-const AT_INFINITY: (Plane, Plane) = (
+/// How much more than a plane a corner may move, relative to its terms. Moved by `r` of
+/// their terms, planes that meet at right angles shift a corner by at most 6 `r` of its own.
+pub(crate) const CORNER_SLACK: f64 = 8.0;
+
+/// The least box around corners that may be off by `slack` times their terms, the half-lines
+/// from the points along the directions included. Without bounds if some corner is neither.
+pub(crate) fn bounds_of(corners: &[DVec4; 8], terms: &[DVec3; 8], slack: f64) -> Aabb {
+    let mut bounds = Aabb::EMPTY;
+    let mut open = DVec3::ZERO..DVec3::ZERO;
+    for (corner, terms) in corners.iter().zip(terms) {
+        let (low, high) = (corner.truncate() - slack * terms, corner.truncate() + slack * terms);
+        if corner.w > 0.0 {
+            bounds = Aabb { min: bounds.min.min(low), max: bounds.max.max(high) };
+        } else if corner.w == 0.0 {
+            open = open.start.min(low)..open.end.max(high);
+        } else {
+            return Aabb::INFINITE;
+        }
+    }
+    Aabb {
+        min: DVec3::select(open.start.cmplt(DVec3::ZERO), DVec3::NEG_INFINITY, bounds.min),
+        max: DVec3::select(open.end.cmpgt(DVec3::ZERO), DVec3::INFINITY, bounds.max),
+    }
+}
+
+pub(crate) const AT_INFINITY: (Plane, Plane) = (
     Plane { normal: DVec3::ZERO, offset: f64::INFINITY },
     Plane { normal: DVec3::ZERO, offset: 0.0 },
 );
@@ -164,13 +242,13 @@ fn upright(axis: DVec3, offset: f64) -> (Plane, Plane) {
 }
 
 /// The plane through the eye that holds all points with `axis · p >= edge * depth`, where
-/// depth is `-back · p`; and its terms.
-fn slanted(axis: DVec3, back: DVec3, edge: f64) -> (Plane, Plane) {
+/// depth is `-back · p`; and its terms, those of the edge times `scale`.
+fn slanted(axis: DVec3, back: DVec3, edge: f64, scale: f64) -> (Plane, Plane) {
     let length = libm::hypot(1.0, edge);
     let (cos, sin) = (1.0 / length, edge / length);
     (
         Plane { normal: axis * cos + back * sin, offset: 0.0 },
-        Plane { normal: nonzero(axis) * cos + nonzero(back) * sin.abs(), offset: 0.0 },
+        Plane { normal: nonzero(axis) * cos + nonzero(back) * (scale * sin.abs()), offset: 0.0 },
     )
 }
 

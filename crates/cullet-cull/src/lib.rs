@@ -19,28 +19,39 @@
 extern crate alloc;
 
 mod aabb;
+mod corners;
 mod frustum;
+mod halfspace;
 mod hierarchy;
+mod implied;
 mod ladder;
+mod matrix;
+mod number;
 mod p_vertex;
 mod plane;
 mod ray;
 mod ray_aabb;
 mod ray_triangle;
+mod reverse;
 mod rounding;
+mod sat;
 mod sphere;
 
 pub mod wide;
 
 pub use aabb::Aabb;
+pub use corners::corners_visible;
 pub use cullet_transform::PlaneMask;
 pub use frustum::Frustum;
 pub use hierarchy::{Counts, Hierarchy, Join, MAX_LEVELS, WalkStats};
-pub use ladder::{Test, Visibility, classify, visible};
-pub use p_vertex::planes_cutting;
+pub use ladder::{Count, CullStats, InOut, Ladder, Test, Visibility, classify, visible};
+pub use matrix::{DepthRange, FrustumError};
+pub use p_vertex::{planes_cutting, planes_cutting_coherent};
 pub use plane::Plane;
 pub use ray::Ray;
 pub use ray_aabb::ray_aabb;
 pub use ray_triangle::{TriangleHit, ray_triangle};
+pub use reverse::reverse_visible;
 pub use rounding::ROUNDING;
-pub use sphere::Sphere;
+pub use sat::Sat;
+pub use sphere::{Sphere, sphere_visible};

@@ -37,6 +37,19 @@ pub(crate) fn cross_2(a: f64, b: f64, c: f64, d: f64) -> f64 {
     if ad == bc { libm::fma(a, d, -ad) - libm::fma(b, c, -bc) } else { ad - bc }
 }
 
+/// `a + b` and what its rounding dropped, exactly (Knuth 1969).
+pub(crate) fn two_sum(a: f64, b: f64) -> (f64, f64) {
+    let sum = a + b;
+    let of_b = sum - a;
+    (sum, (a - (sum - of_b)) + (b - of_b))
+}
+
+/// `a * b` and what its rounding dropped, exactly, barring underflow.
+pub(crate) fn two_product(a: f64, b: f64) -> (f64, f64) {
+    let product = a * b;
+    (product, libm::fma(a, b, -product))
+}
+
 fn times_1(a: f64, b: f64) -> f64 {
     let silenced = (a == 0.0 && b.is_infinite()) || (b == 0.0 && a.is_infinite());
     if silenced { 0.0 } else { a * b }

@@ -1,0 +1,205 @@
+//! The frustum of a matrix, whatever made it.
+//!
+//! Clip space is bounded by `-w <= x <= w` and so on; each bound is a row of the matrix added
+//! to or taken from its last row, and is a plane in the space of the boxes. Mirrored,
+//! off-centre, oblique and infinite frusta are nothing special. The matrix is taken at its
+//! word: the sum of two rows is kept as an unevaluated sum of two numbers, exact, so
+//! that a far plane survives the cancellation in it, and the exact test can be exact.
+//!
+//! Powers of two are divided out first, so scales from 1e-30 to 1e30 change no bit.
+//!
+//! Source: Gribb and Hartmann, "Fast Extraction of Viewing Frustum Planes from the
+//! World-View-Projection Matrix", 2001.
+
+use core::array::from_fn;
+use core::cmp::Ordering::{Equal, Greater, Less};
+
+use glam::{DMat4, DVec3, DVec4};
+
+use crate::frustum::{AT_INFINITY, CORNER_SLACK};
+use crate::implied::{self, Row};
+use crate::number::{Expansion, Interval, Number};
+use crate::rounding::{ROUNDING, two_sum};
+use crate::{Aabb, Frustum, Plane};
+
+/// What clip-space z means.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum DepthRange {
+    /// `0 <= z <= w`, near is 0 (Direct3D, Vulkan, Metal).
+    ZeroToOne,
+    /// `-w <= z <= w`, near is -1 (OpenGL).
+    MinusOneToOne,
+    /// `0 <= z <= w`, near is 1 (Cullet).
+    Reversed,
+}
+
+/// Why a matrix has no frustum.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FrustumError {
+    /// An entry is NaN or infinite, or a plane lies farther away than numbers reach.
+    NotFinite,
+    /// The matrix, or one of its planes, has no inverse as far as arithmetic can tell.
+    Singular,
+    /// No point of space is inside, as with a matrix of the opposite sign.
+    Empty,
+}
+
+impl core::fmt::Display for FrustumError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            FrustumError::NotFinite => "frustum: the matrix must be finite",
+            FrustumError::Singular => "frustum: the matrix has no inverse",
+            FrustumError::Empty => "frustum: the matrix puts no point of space inside",
+        })
+    }
+}
+
+impl core::error::Error for FrustumError {}
+
+/// The matrix, times a power of two, and the meaning of its z.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ExactRows {
+    clip_from_world: DMat4,
+    depth: DepthRange,
+}
+
+/// Numbers whose size is zero or within 2^±216: products of four of them, and all that
+/// rounding drops from these, stay clear of overflow and underflow.
+pub(crate) fn exact_range(x: f64) -> bool {
+    x == 0.0 || (2_f64.powi(-216)..=2_f64.powi(216)).contains(&x.abs())
+}
+
+impl ExactRows {
+    /// The planes, each coefficient the sum of two entries.
+    pub fn planes(&self) -> [Row<Expansion>; 6] {
+        self.sums().map(|row| row.map(Expansion::from_sum))
+    }
+
+    fn sums(&self) -> [[[f64; 2]; 4]; 6] {
+        let [x, y, z, w] = from_fn(|i| self.clip_from_world.row(i));
+        let sum = |a: DVec4, b: DVec4| from_fn(|i| [a[i], b[i]]);
+        let (from_zero, to_one) = (sum(DVec4::ZERO, z), sum(w, -z));
+        let (near, far) = match self.depth {
+            DepthRange::ZeroToOne => (from_zero, to_one),
+            DepthRange::MinusOneToOne => (sum(w, z), to_one),
+            DepthRange::Reversed => (to_one, from_zero),
+        };
+        [sum(w, x), sum(w, -x), sum(w, y), sum(w, -y), near, far]
+    }
+}
+
+impl Frustum {
+    /// The view volume of a matrix from the space of the boxes to clip space; its origin is
+    /// zero. A far plane (or any other) with a zero normal excludes nothing: infinite far.
+    ///
+    /// Matrices of scenes far from their zero have lost what they have lost; where the eye is
+    /// known, [`Frustum::from_camera`] has not.
+    pub fn from_matrix(
+        clip_from_world: &DMat4,
+        depth: DepthRange,
+    ) -> Result<Frustum, FrustumError> {
+        let entries = clip_from_world.to_cols_array();
+        let largest = entries.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+        if !clip_from_world.is_finite() {
+            return Err(FrustumError::NotFinite);
+        }
+        if largest == 0.0 {
+            return Err(FrustumError::Singular);
+        }
+        let scaled = entries.map(|x| libm::scalbn(x, -libm::ilogb(largest)));
+        let exact = ExactRows { clip_from_world: DMat4::from_cols_array(&scaled), depth };
+
+        let mut planes = [AT_INFINITY; 6];
+        let mut rows: [Row<Interval>; 6] = from_fn(|_| from_fn(|_| Interval::zero()));
+        for (i, sums) in exact.sums().into_iter().enumerate() {
+            let sums = Normalized::new(sums)?;
+            rows[i] = sums.row();
+            if let Some(plane) = sums.plane()? {
+                planes[i] = plane;
+            }
+        }
+
+        let mut corners = [(DVec4::ZERO, DVec3::ZERO); 8];
+        for (i, corner) in corners.iter_mut().enumerate() {
+            *corner = rounded(implied::corner(&rows, i).ok_or(FrustumError::Singular)?);
+        }
+        if corners.iter().all(|(corner, _)| corner.w <= 0.0) {
+            return Err(FrustumError::Empty);
+        }
+        let frustum = Frustum {
+            origin: DVec3::ZERO,
+            planes: planes.map(|(plane, _)| plane),
+            corners: corners.map(|(corner, _)| corner),
+            terms: planes.map(|(_, terms)| terms),
+            corner_terms: corners.map(|(_, terms)| terms),
+            bounds: Aabb::INFINITE,
+            slack: ROUNDING,
+            exact: scaled.into_iter().all(exact_range).then_some(exact),
+        };
+        Ok(frustum.outset(ROUNDING))
+    }
+}
+
+/// The sums of a plane with the normal's greatest component between 1 and 2.
+struct Normalized {
+    sums: [[f64; 2]; 4],
+    normal_is_zero: bool,
+}
+
+impl Normalized {
+    fn new(sums: [[f64; 2]; 4]) -> Result<Self, FrustumError> {
+        let normal = sums.iter().take(3).fold(0.0, |most: f64, [a, b]| most.max((a + b).abs()));
+        let [a, b] = sums[3];
+        let largest = if normal == 0.0 { a + b } else { normal };
+        if normal == 0.0 && largest <= 0.0 {
+            let error = if largest < 0.0 { FrustumError::Empty } else { FrustumError::Singular };
+            return Err(error);
+        }
+        let scale = -libm::ilogb(largest);
+        let sums = sums.map(|sum| sum.map(|x| libm::scalbn(x, scale)));
+        Ok(Normalized { sums, normal_is_zero: normal == 0.0 })
+    }
+
+    /// Correctly rounded, with no more error than that.
+    fn row(&self) -> Row<Interval> {
+        self.sums.map(|[a, b]| {
+            let (value, dropped) = two_sum(a, b);
+            Interval { value, error: dropped.abs() }
+        })
+    }
+
+    /// With unit normal, and its terms; none at infinity.
+    fn plane(&self) -> Result<Option<(Plane, Plane)>, FrustumError> {
+        if self.normal_is_zero {
+            return Ok(None);
+        }
+        let sum = DVec4::from_array(self.sums.map(|[a, b]| a + b));
+        let sizes = DVec4::from_array(self.sums.map(|[a, b]| a.abs() + b.abs()));
+        let length = libm::sqrt(sum.truncate().length_squared());
+        let scaled = |v: DVec4| Plane { normal: v.truncate() / length, offset: v.w / length };
+        let (plane, terms) = (scaled(sum), scaled(sizes));
+        let finite = terms.normal.is_finite() && terms.offset.is_finite();
+        if finite { Ok(Some((plane, terms))) } else { Err(FrustumError::NotFinite) }
+    }
+}
+
+/// A corner with `w` at 1, 0 or -1, and terms that cover its error.
+fn rounded([x, y, z, w]: Row<Interval>) -> (DVec4, DVec3) {
+    let v = [x, y, z];
+    let (position, errors) = match w.sign() {
+        Some(Equal) => {
+            (DVec4::new(x.value, y.value, z.value, 0.0), DVec3::from_array(v.map(|n| n.error)))
+        }
+        Some(Greater) => {
+            let at = |n: &Interval| n.value / w.value;
+            let error = |n: &Interval| {
+                let off = (n.error + at(n).abs() * w.error) / (w.value - w.error);
+                2.0 * off + f64::EPSILON * at(n).abs()
+            };
+            (DVec4::new(at(&x), at(&y), at(&z), 1.0), DVec3::from_array(v.each_ref().map(error)))
+        }
+        Some(Less) | None => (DVec3::ZERO.extend(-1.0), DVec3::ZERO),
+    };
+    let sizes = position.truncate().abs();
+    (position, (errors / (CORNER_SLACK * ROUNDING)).max(sizes))
+}
