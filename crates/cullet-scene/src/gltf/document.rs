@@ -10,7 +10,7 @@ use ::gltf::json::validation::{Checked, Error as Complaint, Validate};
 use ::gltf::json::{Path, Root};
 use glam::{DAffine3, DMat4, DQuat, DVec3, DVec4};
 use serde::Deserialize;
-use serde_json::{Number, Value};
+use serde_json::{Number, Value, json};
 
 use super::{container, extensions};
 use crate::{Extension, LoadError};
@@ -50,7 +50,7 @@ pub(super) fn read<'a>(bytes: &'a [u8], name: &str) -> Result<Document<'a>, Load
     let root = read_root(value).map_err(|(place, problem)| invalid(&place, problem))?;
 
     let extensions = extensions::treat(name, &root.extensions_used, &root.extensions_required)?;
-    extensions::check_textures(name, &root)?;
+    extensions::check_textures(name, &root, &extensions)?;
     if let Some((path, complaint)) = first_complaint(&root) {
         return Err(invalid(&path, complaint));
     }
@@ -59,13 +59,14 @@ pub(super) fn read<'a>(bytes: &'a [u8], name: &str) -> Result<Document<'a>, Load
 
 fn check_version(value: &Value) -> Result<(), String> {
     let asset = value.get("asset").ok_or("is missing")?;
-    let version = asset.get("version").and_then(Value::as_str).ok_or("has no version")?;
-    let minimum = asset.get("minVersion").and_then(Value::as_str).unwrap_or("2.0");
+    let text = |key| asset.get(key).and_then(Value::as_str).filter(|text| !text.is_empty());
+    let version = text("version").ok_or("has no version")?;
+    let minimum = text("minVersion").unwrap_or("2.0");
     if version.split('.').next() != Some("2") {
-        return Err(format!("has version {version}, and only 2.x is read"));
+        return Err(format!("has version `{version}`, and only 2.x is read"));
     }
     if minimum != "2.0" {
-        return Err(format!("needs version {minimum}, and only 2.0 is known"));
+        return Err(format!("needs version `{minimum}`, and only 2.0 is known"));
     }
     Ok(())
 }
@@ -154,21 +155,31 @@ fn affine(matrix: &[f64; 16]) -> DAffine3 {
     }))
 }
 
-/// On an error says in which list it is, by leaving out one after the other.
+/// On an error says where the first fault is.
 fn read_root(value: Value) -> Result<Root, (String, String)> {
     let error = match Root::deserialize(&value) {
         Ok(root) => return Ok(root),
         Err(error) => error,
     };
-    let keys: Vec<String> =
-        value.as_object().into_iter().flat_map(|root| root.keys().cloned()).collect();
-    let is_culprit = |key: &String| {
-        let mut rest = value.clone();
-        rest.as_object_mut().map(|root| root.remove(key));
-        Root::deserialize(&rest).is_ok()
+    let fault = value.as_object().into_iter().flatten().find_map(|(key, part)| fault(key, part));
+    let (place, error) = fault.unwrap_or((String::new(), error));
+    Err((place, format!("is not as glTF wants it: {error}")))
+}
+
+/// What is wrong with a part of the document, and in which item of it if it is a list. Every
+/// part is read alone, so that the time is that of reading the document a few times.
+fn fault(key: &str, part: &Value) -> Option<(String, serde_json::Error)> {
+    let read_alone = |part: Value| {
+        let asset = json!({ "version": "2.0" });
+        // The asset comes first, because it may be the part.
+        Root::deserialize(json!({ "asset": asset, key: part })).err()
     };
-    let culprit = keys.into_iter().find(is_culprit).unwrap_or_default();
-    Err((culprit, format!("is not as glTF wants it: {error}")))
+    let error = read_alone(part.clone())?;
+    let item_fault = |(i, item): (usize, &Value)| {
+        read_alone(json!([item])).map(|error| (format!("{key}[{i}]"), error))
+    };
+    let mut items = part.as_array().into_iter().flatten().enumerate();
+    items.find_map(item_fault).or(Some((key.to_string(), error)))
 }
 
 /// The first complaint of the crate that matters.
@@ -255,11 +266,26 @@ mod tests {
     fn lies_are_refused_with_their_place() {
         refuses(r#","scenes":[{"nodes":[7]}]"#, "scenes[0].nodes[0]");
         refuses(r#","nodes":[{"translation":[1,2]}]"#, "nodes[0]");
-        refuses(r#","meshes":{}"#, "meshes");
+        refuses(r#","meshes":{}"#, "meshes: is not as glTF wants it");
+        refuses(r#","nodes":[{},{"mesh":"x"}]"#, "nodes[1]: is not as glTF wants it");
+        refuses(r#","accessors":[{}],"meshes":[{}]"#, "accessors[0]: is not as glTF wants it");
         refuses(
             r#","meshes":[{"primitives":[{"attributes":{"POSITION":9}}]}]"#,
             "meshes[0].primitives[0].attributes.POSITION",
         );
+    }
+
+    /// Quadratic work on this takes minutes.
+    #[test]
+    fn faults_are_found_among_many_unknown_keys() {
+        let keys: String = (0..20_000).map(|i| format!(r#","a{i}":[]"#)).collect();
+        refuses(&(keys + r#","meshes":{},"nodes":{}"#), "t.gltf: meshes: ");
+    }
+
+    #[test]
+    fn an_empty_version_is_none() {
+        let error = read(br#"{"asset":{"version":""}}"#, "t.gltf").unwrap_err().to_string();
+        assert!(error.contains("asset: has no version;"), "{error}");
     }
 
     #[test]
