@@ -33,6 +33,10 @@ pub struct Source {
     #[arg(long, value_name = "COUNT", default_value_t = LoadOptions::default().max_triangles)]
     #[arg(help_heading = "Limits")]
     max_triangles: u64,
+    /// Limit for the geometry that is decoded from glTF, in bytes
+    #[arg(long, value_name = "BYTES", default_value_t = LoadOptions::default().max_decoded_bytes)]
+    #[arg(help_heading = "Limits")]
+    max_decoded_bytes: u64,
 }
 
 impl Source {
@@ -44,6 +48,7 @@ impl Source {
             max_image_pixels: self.max_image_pixels,
             max_nodes: self.max_nodes,
             max_triangles: self.max_triangles,
+            max_decoded_bytes: self.max_decoded_bytes,
             ..LoadOptions::default()
         };
         if self.path == Path::new("-") {

@@ -13,18 +13,24 @@ pub struct LoadOptions {
     /// Triangles of all meshes, each counted once however often it is placed.
     /// `--max-triangles`.
     pub max_triangles: u64,
+    /// Bytes of the geometry that is decoded from glTF: triangles and vertices, morph targets
+    /// and matrices too. What OBJ files hold is at most a few times their own size.
+    /// `--max-decoded-bytes`.
+    pub max_decoded_bytes: u64,
     /// Decode the images that base colours use. Without, they stay empty.
     pub textures: bool,
 }
 
 impl Default for LoadOptions {
-    /// 4 GiB of files, 2 GiB of pixels, a million nodes, a hundred million triangles.
+    /// 4 GiB of files, 2 GiB of pixels, a million nodes, a hundred million triangles and
+    /// 4 GiB of geometry.
     fn default() -> Self {
         LoadOptions {
             max_file_bytes: 1 << 32,
             max_image_pixels: 1 << 29,
             max_nodes: 1_000_000,
             max_triangles: 100_000_000,
+            max_decoded_bytes: 1 << 32,
             textures: true,
         }
     }

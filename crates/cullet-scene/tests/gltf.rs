@@ -91,6 +91,59 @@ fn claims_without_data_reach_a_limit() {
     assert!(error.to_string().contains("--max-triangles"), "{error}");
 }
 
+/// Loads a document without data in which accessor 0 has 99 million rows, all zero but one,
+/// and accessor 1 as many without that one.
+fn load_claims(primitive: &str, node: &str) -> Result<Scene, LoadError> {
+    let rows = r#""count":99000000,"componentType":5126,"type":"VEC3""#;
+    let sparse = r#""sparse":{"count":1,"indices":{"bufferView":0,"componentType":5121},
+        "values":{"bufferView":0}}"#;
+    let json = format!(
+        r#"{{"asset":{{"version":"2.0"}},"buffers":[{{"byteLength":12}}],
+        "bufferViews":[{{"buffer":0,"byteLength":12}}],
+        "accessors":[{{{rows},{sparse}}},{{{rows}}}]{}}}"#,
+        one_mesh(primitive, node)
+    );
+    let options = LoadOptions { max_decoded_bytes: 1 << 20, ..LoadOptions::default() };
+    load_glb_bytes(glb(&json, &[0; 12]), "t.glb", &options)
+}
+
+#[track_caller]
+fn refuses_to_decode(result: Result<Scene, LoadError>) {
+    let error = result.unwrap_err();
+    assert_eq!(error.kind(), ErrorKind::Limit);
+    assert!(error.to_string().contains("--max-decoded-bytes"), "{error}");
+}
+
+#[test]
+fn what_is_decoded_is_counted_before() {
+    let all = r#""NORMAL":1,"TEXCOORD_0":1,"COLOR_0":1"#;
+    refuses_to_decode(load_claims(&format!(r#"{{"attributes":{{"POSITION":0,{all}}}}}"#), ""));
+    refuses_to_decode(load_claims(
+        r#"{"attributes":{"POSITION":1},"targets":[{"POSITION":0}]}"#,
+        r#","weights":[1]"#,
+    ));
+}
+
+#[test]
+fn positions_without_data_are_nothing_to_draw() {
+    let scene = load_claims(r#"{"attributes":{"POSITION":1,"NORMAL":1}}"#, "").unwrap();
+    assert!(scene.objects.is_empty());
+    assert!(scene.warnings[1].contains("for lack of data; left out"), "{:?}", scene.warnings);
+}
+
+/// The same moves may be asked for again and again.
+#[test]
+fn morph_targets_are_counted() {
+    let targets = [r#"{"POSITION":0}"#; 20_000].join(",");
+    let primitive =
+        format!(r#"{{"attributes":{{"POSITION":0}},"indices":1,"targets":[{targets}]}}"#);
+    let weights = ["1"; 20_000].join(",");
+    let rest = one_mesh(&primitive, &format!(r#","weights":[{weights}]"#));
+    let options = LoadOptions { max_decoded_bytes: 1 << 20, ..LoadOptions::default() };
+    refuses_to_decode(load_glb_bytes(document(&rest), "t.glb", &options));
+    assert_eq!(load(&rest).unwrap().meshes[0].positions[1], Vec3::new(20_001.0, 0.0, 0.0));
+}
+
 #[test]
 fn points_and_lines_are_listed_as_left_out() {
     let primitives =
@@ -211,7 +264,7 @@ fn no_mutation_of_a_file_panics() {
         document(&(posed.trim_end_matches(']').to_string() + r#",{}],"skins":[{"joints":[1]}]"#)),
     ];
     let options =
-        LoadOptions { max_nodes: 10_000, max_triangles: 100_000, ..LoadOptions::default() };
+        LoadOptions { max_nodes: 10_000, max_decoded_bytes: 1 << 24, ..LoadOptions::default() };
     let mut state = 1u64;
     let mut random = move |below: usize| {
         state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);

@@ -45,6 +45,11 @@ impl<'a> Accessor<'a> {
         open(root, buffers, index).map_err(place)
     }
 
+    /// Nothing stands in the file: all rows are zero.
+    pub fn is_without_data(&self) -> bool {
+        self.rows.is_none() && self.replaced.is_empty()
+    }
+
     /// Row `i` as numbers: normalized integers become 0..1 or -1..1, components that the
     /// accessor lacks are 0. `i` must be below [`Self::count`].
     pub fn row<const N: usize>(&self, i: u64) -> [f32; N] {

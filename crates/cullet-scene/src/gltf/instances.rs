@@ -36,6 +36,7 @@ pub(super) fn of(
     if count > input.options.max_nodes as u64 {
         return Err(nodes::too_many(input));
     }
+    output.count_decoded::<DAffine3>(input, count)?;
     let vector = |list: &Option<Accessor<'_>>, i: u64, default: DVec3| {
         list.as_ref().map_or(default, |list| DVec3::from_array(list.row::<3>(i).map(f64::from)))
     };
@@ -50,9 +51,11 @@ pub(super) fn of(
         let world_from_instance = world_from_node * node_from_instance;
         if world_from_instance.is_finite() {
             instances.push(world_from_instance);
-        } else {
-            output.warn(&place, format_args!("instance {i} has no finite transform; left out"));
         }
+    }
+    let n_bad = count - instances.len() as u64;
+    if n_bad > 0 {
+        output.warn(&place, format_args!("{n_bad} instances have no finite transform; left out"));
     }
     Ok(instances)
 }

@@ -64,6 +64,7 @@ struct Output {
     /// The first primitive that was left out for being damaged.
     first_damage: Option<String>,
     n_triangles: u64,
+    n_decoded_bytes: u64,
 }
 
 impl Output {
@@ -75,7 +76,13 @@ impl Output {
             animations: input.document.animations.clone(),
             ..Scene::default()
         };
-        Output { scene, left_out: BTreeMap::new(), first_damage: None, n_triangles: 0 }
+        Output {
+            scene,
+            left_out: BTreeMap::new(),
+            first_damage: None,
+            n_triangles: 0,
+            n_decoded_bytes: 0,
+        }
     }
 
     /// Something at `place` was mended as the second half of `what` says.
@@ -92,6 +99,23 @@ impl Output {
     /// Something that cannot be drawn yet is left out; `what` is a plural without number.
     fn leave_out(&mut self, what: &str) {
         *self.left_out.entry(what.to_string()).or_default() += 1;
+    }
+
+    /// Counts `n` values that are about to be decoded, of type `T`. What a file claims may be
+    /// far more than it holds, so this comes before memory is taken or time spent.
+    fn count_decoded<T>(&mut self, input: &Input<'_>, n: u64) -> Result<(), LoadError> {
+        let limit = input.options.max_decoded_bytes;
+        let n_bytes = n.saturating_mul(size_of::<T>() as u64);
+        self.n_decoded_bytes = self.n_decoded_bytes.saturating_add(n_bytes);
+        if self.n_decoded_bytes <= limit {
+            return Ok(());
+        }
+        Err(LoadError::Limit {
+            path: input.name.to_string(),
+            what: "the size of the decoded geometry in bytes".into(),
+            limit,
+            option: "--max-decoded-bytes",
+        })
     }
 
     fn finish(mut self, name: &str) -> Result<Scene, LoadError> {

@@ -2,7 +2,7 @@
 
 use super::nodes::{self, Visit};
 use super::{Input, Output, instances, name_or, pose, primitive};
-use crate::{LoadError, Object};
+use crate::{LoadError, Mesh, Object};
 use glam::DAffine3;
 
 /// Makes an object of every primitive of every visible node, once per instance. Meshes are
@@ -20,7 +20,7 @@ pub(super) fn load(
         let json = &root.nodes[visit.file_index];
         let Some(mesh) = json.mesh.map(|mesh| mesh.value()) else { continue };
         let world_from_instances = instances::of(input, output, node, json)?;
-        let pose = pose::Pose::of(input, output, &joints, node, json);
+        let pose = pose::Pose::of(input, output, &joints, node, json)?;
         let indices = match &pose {
             Some(pose) => load_mesh(input, output, mesh, Some(pose))?,
             None => match &loaded[mesh] {
@@ -73,15 +73,19 @@ fn load_mesh(
             name += &format!("/primitive {i}");
         }
         let place = format!("mesh `{mesh_name}`, primitive {i}");
-        let loaded = primitive::load(input, output, &place, primitive_json)?;
-        indices.push(loaded.map(|(mut mesh, rows)| {
-            mesh.name = name;
-            if let Some(pose) = pose {
-                pose.apply(input, output, &place, primitive_json, &rows, &mut mesh);
-            }
-            output.scene.meshes.push(mesh);
-            output.scene.meshes.len() - 1
-        }));
+        // Any number of nodes may pose one mesh, so even what is left out counts.
+        output.count_decoded::<Mesh>(input, 1)?;
+        let loaded = primitive::load(input, output, &place, primitive_json, pose.is_some())?;
+        let Some((mut mesh, rows)) = loaded else {
+            indices.push(None);
+            continue;
+        };
+        mesh.name = name;
+        if let Some(pose) = pose {
+            pose.apply(input, output, &place, primitive_json, &rows, &mut mesh)?;
+        }
+        indices.push(Some(output.scene.meshes.len()));
+        output.scene.meshes.push(mesh);
     }
     Ok(indices)
 }

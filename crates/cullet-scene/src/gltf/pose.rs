@@ -13,7 +13,7 @@ use super::accessor::Accessor;
 use super::nodes::Visit;
 use super::primitive::{Rows, open_optional};
 use super::{Input, Output};
-use crate::Mesh;
+use crate::{LoadError, Mesh};
 
 /// World from node, for every node of the file that is in the scene.
 pub(super) struct Joints(Vec<Option<DAffine3>>);
@@ -44,17 +44,15 @@ impl<'a> Pose<'a> {
         joints: &Joints,
         node: usize,
         json: &'a Node,
-    ) -> Option<Pose<'a>> {
+    ) -> Result<Option<Pose<'a>>, LoadError> {
         let root = &input.document.root;
-        let mesh = root.get(json.mesh?)?;
-        let weights =
-            json.weights.as_ref().or(mesh.weights.as_ref()).map_or(&[][..], Vec::as_slice);
+        let mesh = json.mesh.and_then(|mesh| root.get(mesh));
+        let weights = json.weights.as_ref().or_else(|| mesh?.weights.as_ref());
+        let weights = weights.map_or(&[][..], Vec::as_slice);
         let weights = if weights.iter().any(|&weight| weight != 0.0) { weights } else { &[] };
-        let world_from_joints = world_from_joints(input, output, joints, node, json);
-        if weights.is_empty() && world_from_joints.is_empty() {
-            return None;
-        }
-        Some(Pose { weights, world_from_joints })
+        let world_from_joints = world_from_joints(input, output, joints, node, json)?;
+        let is_posed = !weights.is_empty() || !world_from_joints.is_empty();
+        Ok(is_posed.then_some(Pose { weights, world_from_joints }))
     }
 
     /// The mesh leaves model space.
@@ -71,9 +69,11 @@ impl<'a> Pose<'a> {
         json: &Primitive,
         rows: &Rows,
         mesh: &mut Mesh,
-    ) {
+    ) -> Result<(), LoadError> {
         let targets = json.targets.iter().flatten();
         for (target, &weight) in targets.zip(self.weights).filter(|(_, weight)| **weight != 0.0) {
+            // Any number of targets may share their accessors, so the file does not bound them.
+            output.count_decoded::<[Vec3; 2]>(input, rows.len())?;
             if let Err(problem) = morph(input, target, weight, rows, mesh) {
                 output.warn(place, format_args!("a morph target cannot be read: {problem}"));
             }
@@ -81,6 +81,7 @@ impl<'a> Pose<'a> {
         if self.is_in_world_space() {
             self.skin(input, output, place, json, rows, mesh);
         }
+        Ok(())
     }
 
     fn skin(
@@ -148,9 +149,10 @@ fn world_from_joints(
     joints: &Joints,
     node: usize,
     json: &Node,
-) -> Vec<DAffine3> {
+) -> Result<Vec<DAffine3>, LoadError> {
     let root = &input.document.root;
-    let Some(skin) = json.skin.and_then(|skin| root.get(skin)) else { return Vec::new() };
+    let Some(skin) = json.skin.and_then(|skin| root.get(skin)) else { return Ok(Vec::new()) };
+    output.count_decoded::<DAffine3>(input, skin.joints.len() as u64)?;
     let place = format!("skin of node `{}`", output.scene.nodes[node].name);
     let inverse_binds = match skin.inverse_bind_matrices {
         None => None,
@@ -160,11 +162,11 @@ fn world_from_joints(
             }
             Ok(_) => {
                 output.warn(&place, "has bad inverse bind matrices; drawn unskinned");
-                return Vec::new();
+                return Ok(Vec::new());
             }
             Err(problem) => {
                 output.warn(&place, format_args!("{problem}; drawn unskinned"));
-                return Vec::new();
+                return Ok(Vec::new());
             }
         },
     };
@@ -175,13 +177,12 @@ fn world_from_joints(
         });
         Some(world_from_joint * joint_from_bind).filter(DAffine3::is_finite)
     };
-    match skin.joints.iter().enumerate().map(world_from_bind).collect() {
-        Some(world_from_joints) => world_from_joints,
-        None => {
-            output.warn(&place, "has a joint that is not in the scene; drawn unskinned");
-            Vec::new()
-        }
-    }
+    let world_from_joints: Option<_> =
+        skin.joints.iter().enumerate().map(world_from_bind).collect();
+    Ok(world_from_joints.unwrap_or_else(|| {
+        output.warn(&place, "has a joint that is not in the scene; drawn unskinned");
+        Vec::new()
+    }))
 }
 
 fn morph(
@@ -194,8 +195,7 @@ fn morph(
     let add = |index: Option<Index<AccessorJson>>, list: Option<&mut Vec<Vec3>>| {
         let (Some(index), Some(list)) = (index, list) else { return Ok(()) };
         let moves = Accessor::open(&input.document.root, input.buffers, index)?;
-        let largest = rows.iter().last().unwrap_or(0);
-        if moves.shape != Type::Vec3 || moves.count <= largest {
+        if moves.shape != Type::Vec3 || moves.count < rows.end() {
             return Err("it does not fit the mesh".to_string());
         }
         for (value, row) in list.iter_mut().zip(rows.iter()) {

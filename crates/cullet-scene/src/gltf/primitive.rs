@@ -25,14 +25,43 @@ impl Rows {
             Rows::Used(rows) => Box::new(rows.iter().map(|&row| row.into())),
         }
     }
+
+    /// The number of vertices.
+    pub fn len(&self) -> u64 {
+        match self {
+            Rows::First(count) => *count,
+            Rows::Used(rows) => rows.len() as u64,
+        }
+    }
+
+    /// How many rows an accessor must have.
+    pub fn end(&self) -> u64 {
+        match self {
+            Rows::First(count) => *count,
+            Rows::Used(rows) => rows.last().map_or(0, |&last| u64::from(last) + 1),
+        }
+    }
+
+    /// Reads a value for every vertex, if the limit allows so many.
+    fn decode<T>(
+        &self,
+        input: &Input<'_>,
+        output: &mut Output,
+        read: impl Fn(u64) -> T,
+    ) -> Result<Vec<T>, LoadError> {
+        output.count_decoded::<T>(input, self.len())?;
+        Ok(self.iter().map(read).collect())
+    }
 }
 
-/// Reads a primitive into a mesh without a name. `None`: left out, and said so.
+/// Reads a primitive into a mesh without a name, which will be `posed` or drawn as it is.
+/// `None`: left out, and said so.
 pub(super) fn load(
     input: &Input<'_>,
     output: &mut Output,
     place: &str,
     json: &Primitive,
+    posed: bool,
 ) -> Result<Option<(Mesh, Rows)>, LoadError> {
     refuse_compression(input, json)?;
     let assembly = match json.mode {
@@ -63,6 +92,11 @@ pub(super) fn load(
             }
         },
     };
+    let is_without_data = |accessor: &Accessor<'_>| accessor.is_without_data();
+    if indices.as_ref().is_some_and(is_without_data) || (!posed && is_without_data(&positions)) {
+        output.warn(place, "has all its corners in one point, for lack of data; left out");
+        return Ok(None);
+    }
     // The largest value of an index type is reserved (it restarts strips elsewhere).
     let n_valid = match indices.as_ref().map(|indices| indices.component) {
         Some(ComponentType::U8) => positions.count.min(u8::MAX.into()),
@@ -72,6 +106,7 @@ pub(super) fn load(
     let n_corners = indices.as_ref().map_or(positions.count, |indices| indices.count);
     let n_triangles = assembly.n_triangles(n_corners);
     count_triangles(input, output, n_triangles)?;
+    output.count_decoded::<[u32; 3]>(input, n_triangles)?;
     let mut triangles = Vec::with_capacity(n_triangles as usize);
     for i in 0..n_triangles {
         let corners = assembly.corners(i).map(|corner| match &indices {
@@ -91,8 +126,8 @@ pub(super) fn load(
     }
     let rows = choose_rows(positions.count, &mut triangles);
     let mut mesh = Mesh { triangles, ..Mesh::default() };
-    mesh.positions = rows.iter().map(|row| Vec3::from_array(positions.row(row))).collect();
-    load_attributes(input, output, place, json, &rows, positions.count, &mut mesh);
+    mesh.positions = rows.decode(input, output, |row| Vec3::from_array(positions.row(row)))?;
+    load_attributes(input, output, place, json, &rows, positions.count, &mut mesh)?;
     Ok(Some((mesh, rows)))
 }
 
@@ -218,7 +253,7 @@ fn load_attributes(
     rows: &Rows,
     n_rows: u64,
     mesh: &mut Mesh,
-) {
+) -> Result<(), LoadError> {
     let mut open = |semantic: Semantic, shapes: &[Type]| {
         open_optional(input, output, place, json, semantic, shapes, n_rows)
     };
@@ -226,12 +261,19 @@ fn load_attributes(
     let uvs = [0, 1].map(|set| open(Semantic::TexCoords(set), &[Type::Vec2]));
     let colors = open(Semantic::Colors(0), &[Type::Vec3, Type::Vec4]);
 
-    mesh.normals =
-        normals.map(|normals| rows.iter().map(|row| Vec3::from_array(normals.row(row))).collect());
-    mend_normals(output, place, mesh);
-    mesh.uvs = uvs
-        .map(|uvs| uvs.map(|uvs| rows.iter().map(|row| Vec2::from_array(uvs.row(row))).collect()));
-    mesh.colors = colors.map(|colors| rows.iter().map(|row| color(&colors, row)).collect());
+    if let Some(normals) = normals {
+        let normal = |row| Vec3::from_array(normals.row(row));
+        mesh.normals = Some(rows.decode(input, output, normal)?);
+        mend_normals(output, place, mesh);
+    }
+    for (decoded, uvs) in mesh.uvs.iter_mut().zip(uvs) {
+        let Some(uvs) = uvs else { continue };
+        *decoded = Some(rows.decode(input, output, |row| Vec2::from_array(uvs.row(row)))?);
+    }
+    if let Some(colors) = colors {
+        mesh.colors = Some(rows.decode(input, output, |row| color(&colors, row))?);
+    }
+    Ok(())
 }
 
 /// Opens an attribute that a mesh can do without. A bad one counts as missing.
@@ -311,6 +353,7 @@ mod tests {
         let mut triangles = [[5, 900, 5], [7, 900, 5]];
         let rows = choose_rows(1000, &mut triangles);
         assert_eq!(rows.iter().collect::<Vec<_>>(), [5, 7, 900]);
+        assert_eq!((rows.len(), rows.end()), (3, 901));
         assert_eq!(triangles, [[0, 2, 0], [1, 2, 0]]);
     }
 }
