@@ -9,6 +9,7 @@
 //! Source: Wavefront, "Object Files (.obj)", Advanced Visualizer manual, appendix B1.
 
 use std::borrow::Cow;
+use std::collections::BTreeSet;
 use std::fmt::Write;
 
 use super::notes::Notes;
@@ -54,6 +55,7 @@ pub(super) fn clean(
         faces: String::new(),
         group: default_group.to_owned(),
         attributes: None,
+        known_materials: BTreeSet::new(),
         cleaned: Cleaned::default(),
         notes,
     };
@@ -157,6 +159,7 @@ struct Cleaner<'a> {
     group: String,
     /// Whether the faces of the group have texture coordinates and normals.
     attributes: Option<(bool, bool)>,
+    known_materials: BTreeSet<String>,
     cleaned: Cleaned,
     notes: &'a mut Notes,
 }
@@ -325,7 +328,7 @@ impl Cleaner<'_> {
 
     fn use_material(&mut self, statement: &Statement<'_>) {
         let name = if statement.rest().is_empty() { UNNAMED } else { statement.rest() };
-        if !self.cleaned.materials.iter().any(|known| known == name) {
+        if self.known_materials.insert(name.to_owned()) {
             self.cleaned.materials.push(name.to_owned());
         }
         let _ = writeln!(self.faces, "usemtl {name}");

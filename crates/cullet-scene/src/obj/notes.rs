@@ -1,27 +1,32 @@
 //! What to tell the user about a file, without telling it a thousand times.
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 
 /// Warnings and omissions, gathered by kind.
 #[derive(Debug, Default)]
 pub(super) struct Notes {
-    /// Kind of trouble: the first place and its details, and how many more there are.
-    warnings: Vec<(&'static str, String, usize)>,
+    /// The first place of some trouble with its details, and how many more there are.
+    warnings: Vec<(String, usize)>,
+    idx_of_kind: BTreeMap<&'static str, usize>,
     left_out: BTreeMap<String, usize>,
 }
 
 impl Notes {
     /// Trouble of the given `kind`; `text` tells the first case of it, with place and mending.
     pub fn warn(&mut self, kind: &'static str, text: String) {
-        match self.warnings.iter_mut().find(|(known, ..)| *known == kind) {
-            Some((.., n_more)) => *n_more += 1,
-            None => self.warnings.push((kind, text, 0)),
+        match self.idx_of_kind.entry(kind) {
+            Entry::Occupied(idx) => self.warnings[*idx.get()].1 += 1,
+            Entry::Vacant(idx) => {
+                idx.insert(self.warnings.len());
+                self.warnings.push((text, 0));
+            }
         }
     }
 
     /// A warning that is worth telling every time.
     pub fn warn_each(&mut self, text: String) {
-        self.warnings.push(("", text, 0));
+        self.warnings.push((text, 0));
     }
 
     /// Something that is not drawn yet; `what` is a plural.
@@ -31,7 +36,7 @@ impl Notes {
 
     /// The sentences and phrases for a scene; `file` heads every warning.
     pub fn finish(self, file: &str) -> (Vec<String>, Vec<String>) {
-        let sentence = |(_, text, n_more)| match n_more {
+        let sentence = |(text, n_more)| match n_more {
             0 => format!("{file}: {text}"),
             n_more => format!("{file}: {text} (and {n_more} more like it)"),
         };

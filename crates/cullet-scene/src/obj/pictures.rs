@@ -1,5 +1,7 @@
 //! The images that materials name: each is read once.
 
+use std::collections::BTreeMap;
+
 use crate::files::Root;
 use crate::gltf::images::{Failure, decode_one, placeholder};
 use crate::{Image, LoadError, LoadOptions, Sampler, Texture};
@@ -13,12 +15,23 @@ pub(super) struct Pictures<'a> {
     pixels_left: u64,
     pub images: Vec<Image>,
     pub textures: Vec<Texture>,
+    idx_of_path: BTreeMap<String, usize>,
+    /// Parallel to `images`: the few ways in which each is sampled.
+    textures_of_image: Vec<Vec<usize>>,
 }
 
 impl<'a> Pictures<'a> {
     pub fn new(files: &'a Root, options: &'a LoadOptions) -> Pictures<'a> {
         let pixels_left = options.max_image_pixels;
-        Pictures { files, options, pixels_left, images: Vec::new(), textures: Vec::new() }
+        Pictures {
+            files,
+            options,
+            pixels_left,
+            images: Vec::new(),
+            textures: Vec::new(),
+            idx_of_path: BTreeMap::new(),
+            textures_of_image: Vec::new(),
+        }
     }
 
     /// The texture of an image that `library` names. One that cannot be read shows the
@@ -30,19 +43,22 @@ impl<'a> Pictures<'a> {
         sampler: Sampler,
         notes: &mut Notes,
     ) -> Result<usize, LoadError> {
-        let image = match self.images.iter().position(|image| image.name == path) {
-            Some(known) => known,
+        let image = match self.idx_of_path.get(path) {
+            Some(known) => *known,
             None => {
                 let image = self.read(path, library, notes)?;
                 self.images.push(Image { name: path.into(), ..image });
+                self.textures_of_image.push(Vec::new());
+                self.idx_of_path.insert(path.into(), self.images.len() - 1);
                 self.images.len() - 1
             }
         };
-        let texture = Texture { image, sampler };
-        if let Some(known) = self.textures.iter().position(|known| *known == texture) {
-            return Ok(known);
+        let known = &mut self.textures_of_image[image];
+        if let Some(same) = known.iter().find(|&&known| self.textures[known].sampler == sampler) {
+            return Ok(*same);
         }
-        self.textures.push(texture);
+        known.push(self.textures.len());
+        self.textures.push(Texture { image, sampler });
         Ok(self.textures.len() - 1)
     }
 

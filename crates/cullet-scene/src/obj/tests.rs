@@ -188,3 +188,21 @@ fn a_loaded_obj_is_written_and_read_again() {
     assert_eq!(again.meshes[1].positions, scene.meshes[1].positions);
     assert_eq!(again.materials[1].base_color, scene.materials[1].base_color);
 }
+
+/// Quadratic work on this takes minutes.
+#[test]
+fn many_materials_and_maps_are_told_apart() {
+    let n = 60_000;
+    let (mut text, mut mtl) = (SQUARE.to_owned() + "mtllib m.mtl\n", String::new());
+    for i in 0..n {
+        text += &format!("usemtl a{i}\nf 1 2 3\n");
+        mtl += &format!("newmtl a{i}\nKd 0 0 0\nmap_Kd {i}.png\n");
+    }
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("model.obj"), text).unwrap();
+    fs::write(folder.path().join("m.mtl"), mtl).unwrap();
+    let options = LoadOptions { textures: false, ..LoadOptions::default() };
+    let scene = load(&folder.path().join("model.obj"), &options).unwrap();
+    assert_eq!((scene.objects.len(), scene.images.len(), scene.textures.len()), (n, n, n));
+    assert_eq!(scene.warnings.len(), 1, "black Kd");
+}
