@@ -120,9 +120,17 @@ impl Root {
             return Err(too_big);
         }
         self.used.set(self.used.get() + bytes.len() as u64);
+        if bytes.starts_with(LFS_POINTER) {
+            return Err(FileError::LfsPointer);
+        }
         Ok(bytes)
     }
 }
+
+/// How the text begins that Git LFS leaves in place of a large file.
+///
+/// Source: git-lfs, docs/spec.md, "The Pointer".
+const LFS_POINTER: &[u8] = b"version https://git-lfs.github.com/spec/";
 
 const OUTSIDE_REMEDY: &str = "put the file into the folder of the scene and name it relatively";
 
@@ -136,6 +144,8 @@ enum FileError {
     NoFolder,
     #[error("is not a regular file")]
     NotRegular,
+    #[error("is only a Git LFS pointer to the file")]
+    LfsPointer,
     #[error("too big")]
     TooBig { limit: u64 },
 }
@@ -153,6 +163,9 @@ impl FileError {
             },
             FileError::NoFolder => {
                 LoadError::invalid(shown, "", problem, "give the scene as a file, or pack a .glb")
+            }
+            FileError::LfsPointer => {
+                LoadError::invalid(shown, "", problem, "fetch it with `git lfs pull`")
             }
             FileError::NotRegular => LoadError::invalid(shown, "", problem, "name a regular file"),
             FileError::Outside => LoadError::invalid(shown, "", problem, remedy),
@@ -210,6 +223,18 @@ mod tests {
         fs::write(folder.path().join("scene/tex/c.png"), "c").unwrap();
         let root = Root::beside(&folder.path().join("scene/x.gltf"), &LoadOptions::default());
         (folder, root)
+    }
+
+    #[test]
+    fn git_lfs_pointers_are_told_from_files() {
+        let (folder, root) = folder();
+        let pointer = "version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 9\n";
+        let path = folder.path().join("scene/x.gltf");
+        fs::write(&path, pointer).unwrap();
+        for result in [root.read_scene(&path), root.read("x.gltf")] {
+            let error = result.unwrap_err().to_string();
+            assert!(error.ends_with("Git LFS pointer to the file; fetch it with `git lfs pull`"));
+        }
     }
 
     #[test]
