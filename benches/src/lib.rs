@@ -4,10 +4,13 @@
 //! table of interleaved medians with their spread, and ratios, since absolute times belong to a
 //! machine. Records worth keeping go to `benches/record/` with date, machine and command.
 
+pub mod boxes;
+pub mod peers;
+
 use std::path::{Path, PathBuf};
 
-use cullet::scene::{Lens, LoadOptions, load};
-use cullet::{Camera, Prepared, Projection, View, Viewport, frame_scene};
+use cullet::scene::{LoadOptions, load};
+use cullet::{Prepared, View, Viewport, camera_of, frame_scene};
 
 /// The scenes this project ships, sorted by name.
 pub fn shipped_scenes() -> Vec<PathBuf> {
@@ -25,17 +28,8 @@ pub fn shipped_scenes() -> Vec<PathBuf> {
 pub fn prepare(path: &Path, viewport: Viewport) -> (Prepared, View) {
     let scene = load(path, &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
     let prepared = Prepared::new(scene).unwrap_or_else(|e| panic!("{e}"));
-    let own = prepared.scene().cameras.first().map(|camera| {
-        let lens = match camera.lens {
-            Lens::Perspective { yfov, near, far, .. } => {
-                Projection::Perspective { yfov, near, far }
-            }
-            Lens::Orthographic { ymag, near, far, .. } => {
-                Projection::Orthographic { height: 2.0 * ymag, near, far }
-            }
-        };
-        Camera::from_node(&camera.world_from_camera, lens).expect("a possible camera")
-    });
+    let own = prepared.scene().cameras.first();
+    let own = own.map(|camera| camera_of(camera).expect("a possible camera"));
     let camera = own.unwrap_or_else(|| frame_scene(&prepared, viewport.aspect()));
     let view = View::new(&camera, viewport);
     (prepared, view)

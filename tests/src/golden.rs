@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use cullet::{Frame, Settings, frame_scene};
 
-use crate::{camera_of, prepare_file, render, root, shipped_scenes};
+use crate::{own_cameras, prepare_file, render, root, shipped_scenes};
 
 /// Golden pictures are this large: small enough to keep many, large enough to see.
 pub const SIZE: [u32; 2] = [320, 180];
@@ -49,12 +49,12 @@ impl Golden {
         root().join("out").join(format!("{}.actual.png", self.name))
     }
 
-    /// Draws it.
+    /// Draws it, with the default settings until presets exist.
     pub fn render(&self) -> Frame {
         let prepared = prepare_file(&self.scene);
         let aspect = f64::from(SIZE[0]) / f64::from(SIZE[1]);
-        let own = prepared.scene().cameras.first().filter(|_| self.own_camera);
-        let camera = own.map_or_else(|| frame_scene(&prepared, aspect), camera_of);
+        let own = own_cameras(&prepared).into_iter().next().filter(|_| self.own_camera);
+        let camera = own.unwrap_or_else(|| frame_scene(&prepared, aspect));
         render(&prepared, &camera, SIZE, &Settings::default())
     }
 }

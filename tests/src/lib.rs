@@ -2,9 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use cullet::scene::{Lens, LoadOptions, Scene, SceneCamera, load, synth};
+use cullet::scene::{LoadOptions, Scene, load, synth};
 use cullet::{
     Camera, Frame, Pass, Passes, Prepared, Projection, Renderer, Settings, View, Viewport,
+    camera_of,
 };
 use glam::DVec3;
 
@@ -58,21 +59,16 @@ pub fn prepare_synth(spec: &str) -> Prepared {
     prepare(synth::synth(spec).unwrap_or_else(|e| panic!("{e}")))
 }
 
-/// The camera of a file as a camera.
-pub fn camera_of(camera: &SceneCamera) -> Camera {
-    let lens = match camera.lens {
-        Lens::Perspective { yfov, near, far, .. } => Projection::Perspective { yfov, near, far },
-        Lens::Orthographic { ymag, near, far, .. } => {
-            Projection::Orthographic { height: 2.0 * ymag, near, far }
-        }
-    };
-    Camera::from_node(&camera.world_from_camera, lens).expect("a possible camera")
+/// The cameras that the scene brings.
+pub fn own_cameras(prepared: &Prepared) -> Vec<Camera> {
+    let cameras = prepared.scene().cameras.iter().map(camera_of);
+    cameras.collect::<Result<_, _>>().expect("possible cameras")
 }
 
 /// Cameras for a scene: its own, four around it, two from the middle of it, one of those
 /// rolled with a finite far plane, and one orthographic. Eight or more.
 pub fn cameras(prepared: &Prepared) -> Vec<Camera> {
-    let mut cameras: Vec<_> = prepared.scene().cameras.iter().map(camera_of).collect();
+    let mut cameras: Vec<_> = own_cameras(prepared);
     let bounds = prepared.bounds();
     let (middle, radius) = (bounds.center(), bounds.half_extent().length().max(1e-3));
     let lens = Projection::Perspective { yfov: 0.8, near: 0.002 * radius, far: f64::INFINITY };

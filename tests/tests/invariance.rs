@@ -1,10 +1,12 @@
 //! Same input, same bytes: what may not change a pixel, does not.
 
-use cullet::scene::{LoadOptions, load};
+use cullet::cull::wide::levels;
+use cullet::scene::{LoadOptions, load_glb_bytes};
 use cullet::{CullTest, Frame, Prepared, Region, Renderer, Settings, View, Viewport};
 use cullet_tests::{
     all_passes, bytes, cameras, prepare, prepare_file, real_models, render, shipped_scenes,
 };
+use serde_json::json;
 
 const SIZE: [u32; 2] = [161, 97];
 
@@ -24,26 +26,31 @@ fn check(name: &str, prepared: &Prepared, variants: &[Settings]) {
     }
 }
 
+/// Every test, with and without the tree, on various numbers of threads, after one plain frame.
+fn variants() -> Vec<Settings> {
+    let plain = Settings { threads: 1, cull: CullTest::None, hierarchy: false, ..settings() };
+    let mut variants = vec![plain];
+    for (i, cull) in CullTest::ALL.into_iter().enumerate() {
+        for hierarchy in [false, true] {
+            variants.push(Settings { threads: 1 + i % 3, cull, hierarchy, ..settings() });
+        }
+    }
+    for (_, simd) in levels() {
+        variants.push(Settings { threads: 7, simd, ..settings() });
+    }
+    variants
+}
+
 #[test]
 fn neither_culling_nor_threads_change_a_byte_of_the_shipped_scenes() {
-    let variants = [
-        Settings { threads: 1, ..settings() },
-        Settings { threads: 2, ..settings() },
-        Settings { threads: 1, cull: CullTest::None, ..settings() },
-        Settings { threads: 7, cull: CullTest::None, ..settings() },
-    ];
     for path in shipped_scenes() {
-        check(&path.display().to_string(), &prepare_file(&path), &variants);
+        check(&path.display().to_string(), &prepare_file(&path), &variants());
     }
 }
 
 #[test]
 fn neither_culling_nor_threads_change_a_byte_of_real_models() {
     let Some(folder) = real_models() else { return };
-    let variants = [
-        Settings { threads: 1, ..settings() },
-        Settings { threads: 3, cull: CullTest::None, ..settings() },
-    ];
     for model in [
         "FlightHelmet/FlightHelmet.gltf",
         "low-poly-jungle/scene.gltf",
@@ -51,7 +58,7 @@ fn neither_culling_nor_threads_change_a_byte_of_real_models() {
         "many-cubes/many-cubes.gltf",
         "CornellBox/CornellBox.glb",
     ] {
-        check(model, &prepare_file(&folder.join("scenes").join(model)), &variants);
+        check(model, &prepare_file(&folder.join("scenes").join(model)), &variants());
     }
 }
 
@@ -112,22 +119,57 @@ fn scratch_memory_carries_nothing_over() {
     }
 }
 
-/// Model only what a scene requires: data that `lambert` does not read changes nothing.
+/// Model only what a scene requires: tangents, normal maps and second texture coordinates that a
+/// file has and `lambert` does not read change nothing.
 #[test]
 fn unread_data_changes_no_byte() {
     for path in shipped_scenes() {
-        let scene = load(&path, &LoadOptions::default()).unwrap();
-        let mut loaded = scene.clone();
-        for mesh in &mut loaded.meshes {
-            let n = mesh.positions.len();
-            mesh.uvs[1].get_or_insert_with(|| vec![glam::Vec2::splat(f32::NAN); n]);
-            mesh.uvs[0].get_or_insert_with(|| vec![glam::Vec2::splat(7.0); n]);
-        }
-        let settings = Settings::default();
-        let (plain, loaded) = (prepare(scene), prepare(loaded));
+        let plain = std::fs::read(&path).unwrap();
+        let loaded = with_unread_data(&plain);
+        let [plain, loaded] = [plain, loaded]
+            .map(|bytes| prepare(load_glb_bytes(bytes, "test", &LoadOptions::default()).unwrap()));
         for camera in cameras(&plain) {
+            let settings = Settings::default();
             let [a, b] = [&plain, &loaded].map(|p| bytes(&render(p, &camera, SIZE, &settings)));
             assert!(a == b, "{path:?}");
         }
     }
+}
+
+/// The same GLB with tangents, a second set of texture coordinates (both all zero, so without
+/// bytes) and, where it has a texture at all, a normal map on every material.
+fn with_unread_data(glb: &[u8]) -> Vec<u8> {
+    let word = |at: usize| u32::from_le_bytes(glb[at..at + 4].try_into().unwrap()) as usize;
+    let json_end = 20 + word(12);
+    let mut root: serde_json::Value = serde_json::from_slice(&glb[20..json_end]).unwrap();
+    let counts: Vec<_> =
+        root["accessors"].as_array().unwrap().iter().map(|a| a["count"].clone()).collect();
+    let mut added = Vec::new();
+    for mesh in root["meshes"].as_array_mut().unwrap() {
+        for primitive in mesh["primitives"].as_array_mut().unwrap() {
+            let attributes = primitive["attributes"].as_object_mut().unwrap();
+            let count = &counts[attributes["POSITION"].as_u64().unwrap() as usize];
+            for (name, kind) in [("TANGENT", "VEC4"), ("TEXCOORD_1", "VEC2")] {
+                attributes.insert(name.into(), (counts.len() + added.len()).into());
+                let accessor = json!({"componentType": 5126, "count": count, "type": kind});
+                added.push(accessor);
+            }
+        }
+    }
+    root["accessors"].as_array_mut().unwrap().extend(added);
+    if root.get("textures").is_some() {
+        for material in root["materials"].as_array_mut().unwrap() {
+            material["normalTexture"] = json!({"index": 0});
+        }
+    }
+    let mut json = serde_json::to_vec(&root).unwrap();
+    json.resize(json.len().next_multiple_of(4), b' ');
+    let rest = &glb[json_end..];
+    let mut out = glb[..8].to_vec();
+    out.extend((20 + json.len() + rest.len()).to_le_bytes()[..4].iter());
+    out.extend((json.len() as u32).to_le_bytes());
+    out.extend(b"JSON");
+    out.extend(json);
+    out.extend(rest);
+    out
 }

@@ -26,14 +26,14 @@ fn main() {
         let culled = Settings { threads: 1, ..Settings::default() };
         let whole = Settings { cull: CullTest::None, ..culled };
         let (mut renderer, mut frame) = (Renderer::default(), Frame::default());
-        let stats = renderer.render(&prepared, &view, &culled, &mut frame);
+        let mut stats = renderer.render(&prepared, &view, &culled, &mut frame);
         let (mut other, mut other_frame) = (Renderer::default(), Frame::default());
         let comparison = Rounds::default().compare(
             &mut || {
                 black_box(other.render(&prepared, &view, &whole, &mut other_frame));
             },
             &mut || {
-                black_box(renderer.render(&prepared, &view, &culled, &mut frame));
+                stats = black_box(renderer.render(&prepared, &view, &culled, &mut frame));
             },
         );
         let ms = |seconds: f64| format!("{:.1}", 1e3 * seconds);

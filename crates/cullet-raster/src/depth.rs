@@ -17,7 +17,9 @@ pub trait DepthFormat: Copy + core::fmt::Debug + Send + Sync + 'static {
     fn nearer(a: Self::Code, b: Self::Code) -> bool;
 }
 
-/// f32, 1 at the near plane: about 1e-7 of the distance at any distance. The default.
+/// f32, 1 at the near plane. The default. In perspective about 1e-7 of the distance at any
+/// distance, as long as near over distance is a normal f32 (above 1.2e-38). In orthographic
+/// views 6e-8 of far minus near, everywhere: there, keep far no farther than needed.
 #[derive(Clone, Copy, Debug)]
 pub struct ReversedF32;
 

@@ -6,11 +6,12 @@
 //! sees everything follows from four maxima: no search, and no sphere around the scene.
 
 use cullet_cull::Aabb;
+use cullet_raster::Facing;
 use cullet_transform::{Camera, Projection};
 use glam::DVec3;
 
-use crate::Prepared;
 use crate::prepared::drawable;
+use crate::{Item, Prepared};
 
 /// From the scene to the eye: a little from the right and from above.
 pub const DEFAULT_DIRECTION: DVec3 = DVec3::new(0.7, 0.45, 1.0);
@@ -22,9 +23,26 @@ const YFOV: f64 = 45.0 * std::f64::consts::PI / 180.0;
 const FILL: f64 = 0.95;
 
 /// The camera that frames everything from [`DEFAULT_DIRECTION`], for pictures `aspect` times as
-/// wide as high.
+/// wide as high; from the opposite direction if everything turns its back to the default one.
 pub fn frame_scene(prepared: &Prepared, aspect: f64) -> Camera {
-    frame_direction(prepared, aspect, DEFAULT_DIRECTION)
+    let shows =
+        |direction| prepared.items().iter().any(|item| shows_front(prepared, item, direction));
+    let turned = !shows(DEFAULT_DIRECTION) && shows(-DEFAULT_DIRECTION);
+    frame_direction(prepared, aspect, if turned { -DEFAULT_DIRECTION } else { DEFAULT_DIRECTION })
+}
+
+/// Whether some face of `item` that is drawn looks towards `direction`.
+fn shows_front(prepared: &Prepared, item: &Item, direction: DVec3) -> bool {
+    let sign = match item.facing {
+        Facing::Both => return item.n_triangles > 0,
+        Facing::CounterClockwise => 1.0,
+        Facing::Clockwise => -1.0,
+    };
+    let matrix = item.world_from_model.matrix3;
+    drawable(prepared.mesh(item)).any(|corners| {
+        let [a, b, c] = corners.map(|p| matrix * p.as_dvec3());
+        (b - a).cross(c - a).dot(direction) * sign > 0.0
+    })
 }
 
 /// The camera that frames everything, looking against `direction` (world space, any length but

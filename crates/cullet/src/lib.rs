@@ -18,7 +18,9 @@
 //! fail. The same prepared scene, view and settings give the same bytes for every number of
 //! threads, with culling on or off, in debug and in release builds.
 
+mod cameras;
 mod chunks;
+mod culling;
 mod frame;
 mod framing;
 mod items;
@@ -33,6 +35,7 @@ mod shading;
 mod stats;
 mod visibility;
 
+pub use cameras::camera_of;
 pub use frame::{Frame, Region};
 pub use framing::{DEFAULT_DIRECTION, frame_direction, frame_scene};
 pub use items::Item;
@@ -40,10 +43,12 @@ pub use legend::{LegendEntry, legend};
 pub use passes::{Pass, Passes};
 pub use prepared::{PrepareError, Prepared};
 pub use renderer::Renderer;
-pub use settings::{CullTest, RendererKind, Settings};
+pub use settings::{RendererKind, Settings};
 pub use stats::{FrameStats, ObjectCounters, Stages};
 
 pub use cullet_cull as cull;
+pub use cullet_cull::Test as CullTest;
+pub use cullet_cull::wide::Level;
 pub use cullet_raster as raster;
 pub use cullet_scene as scene;
 pub use cullet_shade as shade;

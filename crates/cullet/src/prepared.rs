@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use cullet_cull::Aabb;
+use cullet_cull::{Aabb, Hierarchy};
 use cullet_raster::NO_TRIANGLE;
 use cullet_scene::{Mesh, Scene, TextureRef};
-use cullet_shade::{Mips, Surface, Texture};
+use cullet_shade::{Mips, Surface, Texture, srgb};
 use glam::Vec3;
 
 use crate::Item;
@@ -29,6 +29,7 @@ pub struct Prepared {
     scene: Scene,
     textures: Vec<Texture>,
     items: Vec<Item>,
+    hierarchy: Hierarchy,
 }
 
 impl Prepared {
@@ -48,9 +49,11 @@ impl Prepared {
             first_triangle += item.n_triangles;
             item
         });
-        let items = items.collect();
+        let items: Vec<Item> = items.collect();
+        let boxes: Vec<Aabb> = items.iter().map(|item| item.bounds).collect();
         let textures = textures(&mut scene);
-        Ok(Prepared { scene, textures, items })
+        srgb::encode8(0.0); // its table is made at the first use, which no frame should pay for
+        Ok(Prepared { scene, textures, items, hierarchy: Hierarchy::build(&boxes) })
     }
 
     /// The scene as loaded (its image bytes have moved into the texture pyramids).
@@ -61,6 +64,11 @@ impl Prepared {
     /// The objects, in scene order.
     pub fn items(&self) -> &[Item] {
         &self.items
+    }
+
+    /// The tree over the boxes of the items.
+    pub fn hierarchy(&self) -> &Hierarchy {
+        &self.hierarchy
     }
 
     /// World-space box around everything.

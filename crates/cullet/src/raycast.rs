@@ -11,7 +11,7 @@ use glam::{DMat4, DVec3, Vec3};
 
 use crate::settings::SUBPIXEL_BITS;
 use crate::shading::{Visible, VisibleTriangle};
-use crate::{Item, Prepared, Settings};
+use crate::{Item, Prepared, Region, Settings};
 
 /// Triangles in view space under a tree of boxes.
 pub(crate) struct Raycaster<'a> {
@@ -109,16 +109,16 @@ impl<'a> Raycaster<'a> {
 }
 
 impl Visible for Raycaster<'_> {
-    fn row<'a>(
+    fn scan<'a>(
         &'a self,
-        y: u32,
-        xs: std::ops::Range<u32>,
-        _: &mut Vec<Fragment>,
-        emit: &mut dyn FnMut(u32, &VisibleTriangle<'a>, &[Fragment]),
+        region: Region,
+        emit: &mut dyn FnMut(u32, u32, &VisibleTriangle<'a>, &[Fragment]),
     ) {
-        for x in xs {
-            if let Some(hit) = self.cast(x, y) {
-                emit(x, &hit.triangle, &[hit.fragment]);
+        for y in region.y..region.y + region.height {
+            for x in region.x..region.x + region.width {
+                if let Some(hit) = self.cast(x, y) {
+                    emit(x, y, &hit.triangle, &[hit.fragment]);
+                }
             }
         }
     }

@@ -2,16 +2,16 @@
 
 use std::time::Instant;
 
-use cullet_cull::{Frustum, planes_cutting};
-use cullet_raster::{DepthFormat, NO_TRIANGLE, SetupCounters, Tile};
+use cullet_raster::{DepthFormat, NO_TRIANGLE, Tile};
 use cullet_transform::{PlaneMask, View};
 
 use crate::chunks::{Chunk, Depth, fill_chunks, segments};
+use crate::culling::cull;
 use crate::raycast::Raycaster;
 use crate::schedule::{for_each, thread_count};
 use crate::shading::{Shaded, shade};
 use crate::visibility::VisibilityBuffer;
-use crate::{CullTest, Frame, FrameStats, Item, Prepared, Region, RendererKind, Settings};
+use crate::{Frame, FrameStats, Prepared, Region, RendererKind, Settings};
 
 /// Scratch memory; it carries nothing from one frame to the next.
 #[derive(Debug, Default)]
@@ -36,7 +36,7 @@ impl Renderer {
         let threads = thread_count(settings.threads);
         let region = visible_region(view, settings);
         let mut stats = FrameStats::default();
-        self.cull(prepared, view, settings, &mut stats);
+        cull(prepared, view, settings, &mut self.planes, &mut stats);
         stats.stages.cull = start.elapsed();
         frame.reset(region.width, region.height, settings.passes);
 
@@ -67,44 +67,6 @@ impl Renderer {
         stats
     }
 
-    /// Decides which objects may be in the view, and which planes cut them.
-    fn cull(
-        &mut self,
-        prepared: &Prepared,
-        view: &View,
-        settings: &Settings,
-        stats: &mut FrameStats,
-    ) {
-        let (own, other) = (Culler::new(view), settings.cull_view.as_ref().map(Culler::new));
-        self.planes.clear();
-        for item in prepared.items() {
-            stats.objects.n_in += 1;
-            let planes = if item.bounds.is_empty() {
-                let n = u64::from(item.n_triangles);
-                stats.objects.n_empty += 1;
-                stats.triangles +=
-                    SetupCounters { n_in: n, n_not_finite: n, ..SetupCounters::default() };
-                None
-            } else if settings.cull == CullTest::None {
-                Some(PlaneMask::ALL)
-            } else {
-                let kept = other.as_ref().is_none_or(|other| {
-                    stats.boxes_tested += 1;
-                    other.planes_cutting(item).is_some()
-                });
-                let planes = kept.then(|| {
-                    stats.boxes_tested += 1;
-                    own.planes_cutting(item)
-                });
-                let planes = planes.flatten();
-                stats.objects.n_outside += u64::from(planes.is_none());
-                planes
-            };
-            stats.objects.n_drawn += u64::from(planes.is_some());
-            self.planes.push(planes);
-        }
-    }
-
     /// Fills the id and depth buffers of `region`.
     fn raster(
         &mut self,
@@ -132,7 +94,9 @@ impl Renderer {
             let middle = Instant::now();
             stats.stages.geometry += middle - start;
 
-            let rows = (region.height as usize).div_ceil(4 * threads).max(8);
+            // Every band looks at every triangle: no more bands than keep the cores busy.
+            let n_bands = if threads == 1 { 1 } else { 4 * threads };
+            let rows = (region.height as usize).div_ceil(n_bands).max(8);
             let stride = rows * region.width as usize;
             let (ids, depth) = (self.ids.chunks_mut(stride), self.depth.chunks_mut(stride));
             let bands: Vec<_> = ids.zip(depth).enumerate().collect();
@@ -161,23 +125,6 @@ impl Renderer {
     }
 }
 
-/// A view, ready to be asked about objects.
-struct Culler<'a> {
-    view: &'a View,
-    frustum: Frustum,
-}
-
-impl<'a> Culler<'a> {
-    fn new(view: &'a View) -> Self {
-        let frustum = Frustum::from_camera(view.camera(), view.viewport().aspect());
-        Culler { view, frustum: frustum.relative_to_eye() }
-    }
-
-    fn planes_cutting(&self, item: &Item) -> Option<PlaneMask> {
-        planes_cutting(&item.bounds_from_eye(self.view), &self.frustum, PlaneMask::ALL)
-    }
-}
-
 /// The part of the picture to draw, cut to the picture.
 fn visible_region(view: &View, settings: &Settings) -> Region {
     let (width, height) = (view.viewport().width(), view.viewport().height());
@@ -201,7 +148,8 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::{Pass, Passes, frame_direction};
+    use crate::culling::Culler;
+    use crate::{CullTest, Item, Pass, Passes, frame_direction};
 
     #[test]
     fn another_view_takes_away_just_what_it_does_not_see() {
@@ -222,7 +170,11 @@ mod tests {
         };
 
         let (ids, n_drawn) = draw(Some(inside), CullTest::PVertex);
-        let kept = |item: &Item| Culler::new(&inside).planes_cutting(item).is_some();
+        let kept = |item: &Item| {
+            Culler::new(&inside, CullTest::PVertex)
+                .planes(item, &mut FrameStats::default())
+                .is_some()
+        };
         let n_kept = prepared.items().iter().filter(|item| kept(item)).count();
         assert!(0 < n_kept && n_kept < prepared.items().len() / 2);
         assert_eq!(n_drawn, n_kept as u64);

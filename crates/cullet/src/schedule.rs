@@ -32,7 +32,10 @@ where
     };
     thread::scope(|scope| {
         for _ in 1..threads {
-            scope.spawn(drain);
+            // Where the system gives no more threads, those there are do the work.
+            if thread::Builder::new().spawn_scoped(scope, drain).is_err() {
+                break;
+            }
         }
         drain();
     });

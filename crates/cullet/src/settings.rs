@@ -5,13 +5,14 @@ use cullet_transform::View;
 use glam::Vec4;
 
 use crate::{Passes, Region};
+use cullet_cull::{Test as CullTest, wide::Level};
 
 /// Subpixel positions: 24.8 fixed point.
 pub(crate) const SUBPIXEL_BITS: u32 = 8;
 
-/// The knobs of a frame. None but `shading`, `background`, `light`, `filter` and `cull_view`
-/// changes a colour; `cull` and `threads` change only how long it takes.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// The knobs of a frame. `cull`, `hierarchy`, `simd` and `threads` change only how
+/// long a frame takes, never what is in it.
+#[derive(Clone, Copy, Debug)]
 pub struct Settings {
     /// How surfaces answer to light.
     pub shading: Shading,
@@ -23,8 +24,12 @@ pub struct Settings {
     pub light: Light,
     /// How textures are filtered.
     pub filter: Filter,
-    /// The test that throws out objects before any vertex work.
+    /// The test that throws out objects before any vertex work. Never changes a pixel.
     pub cull: CullTest,
+    /// Ask the tree over all objects first, where it serves the test (`PVertex`, `Both`, `Sat`).
+    pub hierarchy: bool,
+    /// The instruction set of wide code. Never changes a pixel.
+    pub simd: Level,
     /// Also throw out what `cull` finds outside this other view, so that one can look from
     /// outside at what that view keeps. The one thing about culling that is meant to be seen:
     /// it takes objects away from the picture.
@@ -33,7 +38,8 @@ pub struct Settings {
     pub threads: usize,
     /// Who finds what is visible.
     pub renderer: RendererKind,
-    /// The part of the picture to draw; `None` means all of it.
+    /// The part of the picture to draw; `None` means all of it. Cut to the picture; of a region
+    /// wholly outside, the nearest pixel is drawn.
     pub region: Option<Region>,
 }
 
@@ -45,22 +51,15 @@ impl Default for Settings {
             background: Vec4::new(0.02, 0.03, 0.05, 1.0),
             light: Light::default(),
             filter: Filter::Trilinear,
-            cull: CullTest::PVertex,
+            cull: CullTest::Both,
+            hierarchy: true,
+            simd: Level::new(),
             cull_view: None,
             threads: 0,
             renderer: RendererKind::Raster,
             region: None,
         }
     }
-}
-
-/// The test that throws out objects. Never changes a pixel.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum CullTest {
-    /// Draw everything.
-    None,
-    /// One corner of the box against each plane of the view.
-    PVertex,
 }
 
 /// Who finds what is visible.

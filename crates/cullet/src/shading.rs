@@ -54,16 +54,15 @@ impl<'a> VisibleTriangle<'a> {
     }
 }
 
-/// Runs of pixels of one row that show one triangle: `emit(first x, triangle, fragments)`.
-/// Coordinates are those of the whole picture. Pixels never emitted show the background.
+/// Runs of pixels of one row that show one triangle: `emit(x, y, triangle, fragments)`, with the
+/// first pixel of the run. Coordinates are those of the whole picture. Pixels never emitted show
+/// the background.
 pub(crate) trait Visible: Sync {
-    /// Finds what the pixels `xs` of row `y` show.
-    fn row<'a>(
+    /// Finds what the pixels of `region` show, row by row.
+    fn scan<'a>(
         &'a self,
-        y: u32,
-        xs: std::ops::Range<u32>,
-        fragments: &mut Vec<Fragment>,
-        emit: &mut dyn FnMut(u32, &VisibleTriangle<'a>, &[Fragment]),
+        region: Region,
+        emit: &mut dyn FnMut(u32, u32, &VisibleTriangle<'a>, &[Fragment]),
     );
 }
 
@@ -119,17 +118,14 @@ impl Shader<'_> {
         band: &mut Band<'_>,
         colors: &mut Colors,
     ) -> u64 {
-        let mut fragments = Vec::new();
         let mut n_pixels = 0;
-        for row in 0..band.rows {
-            let y = region.y + (band.first_row + row) as u32;
-            let xs = region.x..region.x + region.width;
-            visible.row(y, xs, &mut fragments, &mut |x, triangle, fragments| {
-                n_pixels += fragments.len() as u64;
-                let start = row * band.width + (x - region.x) as usize;
-                self.shade_run(band, colors, start, triangle, fragments);
-            });
-        }
+        let (y, height) = (region.y + band.first_row as u32, band.rows as u32);
+        visible.scan(Region { y, height, ..region }, &mut |x, y, triangle, fragments| {
+            n_pixels += fragments.len() as u64;
+            let row = (y - region.y) as usize - band.first_row;
+            let start = row * band.width + (x - region.x) as usize;
+            self.shade_run(band, colors, start, triangle, fragments);
+        });
         n_pixels
     }
 

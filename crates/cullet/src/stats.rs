@@ -15,6 +15,8 @@ pub struct FrameStats {
     pub boxes_tested: u64,
     /// What became of the objects.
     pub objects: ObjectCounters,
+    /// Triangles of objects that culling threw out whole.
+    pub n_triangles_of_culled_objects: u64,
     /// What became of the triangles of the objects that were drawn, and of those without a
     /// drawable triangle.
     pub triangles: SetupCounters,

@@ -18,25 +18,26 @@ pub(crate) struct VisibilityBuffer<'a> {
 }
 
 impl Visible for VisibilityBuffer<'_> {
-    fn row<'a>(
+    fn scan<'a>(
         &'a self,
-        y: u32,
-        xs: std::ops::Range<u32>,
-        fragments: &mut Vec<Fragment>,
-        emit: &mut dyn FnMut(u32, &VisibleTriangle<'a>, &[Fragment]),
+        region: Region,
+        emit: &mut dyn FnMut(u32, u32, &VisibleTriangle<'a>, &[Fragment]),
     ) {
         let mut corners = Corners::new(self.prepared, self.view, self.planes);
-        let start = (y - self.region.y) as usize * self.region.width as usize;
-        let ids = &self.ids[start..start + xs.len()];
-        let mut x = xs.start;
-        for run in ids.chunk_by(|a, b| a == b) {
-            if run[0] != NO_TRIANGLE {
-                let (triangle, interpolator) = corners.of(run[0]);
-                fragments.clear();
-                fragments.extend((x..).take(run.len()).map(|x| interpolator.fragment(x, y)));
-                emit(x, triangle, fragments);
+        let mut fragments = Vec::new();
+        for y in region.y..region.y + region.height {
+            let start = (y - self.region.y) as usize * self.region.width as usize;
+            let ids = &self.ids[start..start + self.region.width as usize];
+            let mut x = region.x;
+            for run in ids.chunk_by(|a, b| a == b) {
+                if run[0] != NO_TRIANGLE {
+                    let (triangle, interpolator) = corners.of(run[0]);
+                    fragments.clear();
+                    fragments.extend((x..).take(run.len()).map(|x| interpolator.fragment(x, y)));
+                    emit(x, y, triangle, &fragments);
+                }
+                x += run.len() as u32;
             }
-            x += run.len() as u32;
         }
     }
 }

@@ -4,7 +4,7 @@ use std::num::{NonZeroU16, NonZeroU32};
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use cullet::{CullTest, Filter, Light, Region, RendererKind, Shading};
+use cullet::{CullTest, Filter, Level, Light, Region, RendererKind, Shading};
 use glam::{Vec3, Vec4};
 
 use super::passes::PassName;
@@ -65,8 +65,16 @@ pub struct RenderArgs {
     #[arg(long, value_enum, default_value = "fast")]
     pub png_compression: PngCompression,
     /// The test that throws out objects before any other work; changes time, never a pixel
-    #[arg(long, value_enum, default_value = "p-vertex")]
+    #[arg(long, value_enum, default_value = "both")]
     pub cull: CullName,
+    /// Ask the tree over all objects first (it serves p-vertex, both and sat); changes time, never
+    /// a pixel
+    #[arg(long, value_enum, default_value = "on")]
+    pub hierarchy: Switch,
+    /// Instruction set of wide code; one that the machine lacks is an error. Changes time, never a
+    /// pixel
+    #[arg(long, value_enum, default_value = "auto")]
+    pub simd: SimdName,
     /// Worker threads, 0 to 1024; 0 means one per core. Changes time, never a pixel
     #[arg(long, value_name = "N", default_value_t = 0)]
     #[arg(value_parser = clap::value_parser!(u16).range(0..=1024))]
@@ -121,8 +129,67 @@ pub enum Antialiasing {
 pub enum CullName {
     /// Draw everything
     None,
+    /// All eight corners of the box against each plane
+    Corners,
     /// One corner of the box against each plane
     PVertex,
+    /// The frustum's corners against the planes of the box
+    Reverse,
+    /// `p-vertex`, and `reverse` of what survives
+    Both,
+    /// Exact: separating axes
+    Sat,
+}
+
+/// On or off.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Switch {
+    /// Use it
+    On,
+    /// Do without
+    Off,
+}
+
+/// `--simd`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum SimdName {
+    /// The best the machine has
+    Auto,
+    /// None
+    Fallback,
+    /// x86, 128 bits
+    Sse2,
+    /// x86, 128 bits
+    #[value(name = "sse4.2")]
+    Sse42,
+    /// x86, 256 bits
+    Avx2,
+    /// x86, 512 bits
+    Avx512,
+    /// ARM, 128 bits
+    Neon,
+}
+
+impl SimdName {
+    /// The level, if the machine has it.
+    pub fn level(self) -> Result<Level, Failure> {
+        let name = match self {
+            SimdName::Auto => return Ok(Level::new()),
+            SimdName::Fallback => "scalar",
+            SimdName::Sse2 => "sse2",
+            SimdName::Sse42 => "sse4.2",
+            SimdName::Avx2 => "avx2",
+            SimdName::Avx512 => "avx512",
+            SimdName::Neon => "neon",
+        };
+        let levels = cullet::cull::wide::levels();
+        let found = levels.iter().find(|(known, _)| *known == name);
+        found.map(|(_, level)| *level).ok_or_else(|| {
+            let known: Vec<_> = levels.iter().map(|(name, _)| *name).collect();
+            let known = known.join(", ").replace("scalar", "fallback");
+            Failure::usage(format!("--simd {name}: this machine has {known}"))
+        })
+    }
 }
 
 /// `--renderer`.
@@ -161,8 +228,14 @@ impl RenderArgs {
             },
             cull: match self.cull {
                 CullName::None => CullTest::None,
+                CullName::Corners => CullTest::Corners,
                 CullName::PVertex => CullTest::PVertex,
+                CullName::Reverse => CullTest::Reverse,
+                CullName::Both => CullTest::Both,
+                CullName::Sat => CullTest::Sat,
             },
+            hierarchy: self.hierarchy == Switch::On,
+            simd: self.simd.level()?,
             threads: usize::from(self.threads),
             cull_view: None,
             renderer: match (self.renderer, self.raycast_geometry) {

@@ -3,8 +3,8 @@
 use std::fs;
 use std::path::Path;
 
-use cullet::scene::{Lens, Scene, SceneCamera};
-use cullet::{Camera, Prepared, Projection, Viewport, frame_scene};
+use cullet::scene::{Scene, SceneCamera};
+use cullet::{Camera, Prepared, Viewport, camera_of, frame_scene};
 
 use crate::camera_file::CameraFile;
 use crate::exit::Failure;
@@ -60,13 +60,6 @@ fn missing(spec: &str, scene: &Scene) -> String {
 }
 
 fn from_scene(camera: &SceneCamera) -> Result<Camera, Failure> {
-    // Pixels are square: the width of the view follows from the picture.
-    let projection = match camera.lens {
-        Lens::Perspective { yfov, near, far, .. } => Projection::Perspective { yfov, near, far },
-        Lens::Orthographic { ymag, near, far, .. } => {
-            Projection::Orthographic { height: 2.0 * ymag, near, far }
-        }
-    };
-    Camera::from_node(&camera.world_from_camera, projection)
+    camera_of(camera)
         .map_err(|error| Failure::input(format!("camera `{}` of the scene: {error}", camera.name)))
 }

@@ -1,0 +1,149 @@
+//! Boxes against frusta: flat loops, our tree, and walks over the trees of others.
+//!
+//! `cull [N...]`: the numbers of boxes, 1000 100000 1000000 by default; 8000000 wants 4 GB.
+//! Every figure is the least of interleaved rounds, in ns per box of the world and view;
+//! `ratio` columns are medians of per-round ratios to our tree, above 1 where ours is faster.
+
+use std::hint::black_box;
+
+use cullet_benches::boxes::{Sees, World, seen};
+use cullet_benches::peers::{Flat, Obvhs, Planes, SphereThenBox, SvenstaroBvh};
+use cullet_cull::Hierarchy;
+use cullet_cull::wide::{Boxes8, Level};
+use cullet_measure::{Align, Comparison, Rounds, Table};
+
+fn main() {
+    let numbers: Vec<usize> =
+        std::env::args().skip(1).map(|n| n.parse().expect("a number of boxes")).collect();
+    let numbers = if numbers.is_empty() { vec![1_000, 100_000, 1_000_000] } else { numbers };
+    let left = Align::Left;
+    let right = Align::Right;
+    let mut table = Table::new(&[
+        ("world", left),
+        ("boxes", right),
+        ("sees", right),
+        ("seen", right),
+        ("tree us", right),
+        ("near-far us", right),
+        ("flat8 ns/box", right),
+        ("scalar ns/box", right),
+        ("scalar/flat8", right),
+        ("sphere+box", right),
+        ("obvhs", right),
+        ("bvh", right),
+        ("(tree = 1) flat8", right),
+        ("scalar", right),
+    ]);
+    for n in numbers {
+        for world in [World::Random, World::City] {
+            measure(world, n, &mut table);
+        }
+    }
+    print!("{table}");
+}
+
+fn measure(world: World, n: usize, table: &mut Table) {
+    let level = Level::new();
+    let boxes = world.boxes(n);
+    let wide = Boxes8::new(&boxes);
+    let start = std::time::Instant::now();
+    let tree = Hierarchy::build(&boxes);
+    eprintln!("{} {n}: our tree in {:.0?}", world.name(), start.elapsed());
+    let start = std::time::Instant::now();
+    let obvhs = Obvhs::new(&boxes);
+    eprintln!("{} {n}: obvhs in {:.0?}", world.name(), start.elapsed());
+    let start = std::time::Instant::now();
+    let bvh = SvenstaroBvh::new(&boxes);
+    eprintln!("{} {n}: bvh in {:.0?}", world.name(), start.elapsed());
+    let (flat, sphere) = (Flat::new(&boxes), SphereThenBox::new(&boxes));
+
+    for sees in [Sees::Part(0.01), Sees::Part(0.1), Sees::All, Sees::Nothing] {
+        // Enough decisions in a round that no branch predictor learns them.
+        let n_views = (1_000_000 / n).clamp(4, 200);
+        let views = sees.views(&boxes, n_views);
+        let planes: Vec<_> = views.iter().map(Planes::new).collect();
+        let mut bits = vec![0; wide.n_groups()];
+        let (mut bools, mut more_bools) = (vec![false; n], vec![false; n]);
+        let [mut ours, mut sorted, mut theirs, mut others] =
+            [(); 4].map(|()| Vec::with_capacity(n));
+        let (mut stack, mut other_stack) = (Vec::new(), Vec::new());
+        let rounds = Rounds {
+            at_least: 9,
+            at_most: 41,
+            budget: std::time::Duration::from_secs(3),
+            ..Rounds::default()
+        };
+        let seconds = rounds.time(&mut [
+            &mut || {
+                for view in &views {
+                    ours.clear();
+                    black_box(tree.walk(view, level, |ids, _| ours.extend_from_slice(ids)));
+                    black_box(&mut ours);
+                }
+            },
+            &mut || {
+                for view in &views {
+                    sorted.clear();
+                    let visit = |ids: &[u32], _| sorted.extend_from_slice(ids);
+                    black_box(tree.walk_near_to_far(view, level, visit));
+                    black_box(&mut sorted);
+                }
+            },
+            &mut || {
+                for view in &views {
+                    wide.visible_into(view, level, &mut bits);
+                    black_box(&mut bits);
+                }
+            },
+            &mut || {
+                for planes in &planes {
+                    flat.visible(planes, &mut bools);
+                    black_box(&mut bools);
+                }
+            },
+            &mut || {
+                for planes in &planes {
+                    sphere.visible(planes, &mut more_bools);
+                    black_box(&mut more_bools);
+                }
+            },
+            &mut || {
+                for planes in &planes {
+                    theirs.clear();
+                    obvhs.walk(planes, &mut stack, &mut theirs);
+                    black_box(&mut theirs);
+                }
+            },
+            &mut || {
+                for planes in &planes {
+                    others.clear();
+                    bvh.walk(planes, &mut other_stack, &mut others);
+                    black_box(&mut others);
+                }
+            },
+        ]);
+        let least =
+            |i: usize| seconds[i].iter().copied().fold(f64::INFINITY, f64::min) / n_views as f64;
+        let ratio = |a: usize, b: usize| {
+            let ratios = Comparison::of(&seconds[a], &seconds[b]).expect("rounds").ratios;
+            format!("{:.1}", ratios.median)
+        };
+        let mean_seen = views.iter().map(|view| seen(&wide, view)).sum::<f64>() / n_views as f64;
+        table.push([
+            world.name().to_string(),
+            n.to_string(),
+            sees.name(),
+            format!("{:.1}%", 100.0 * mean_seen),
+            format!("{:.3}", 1e6 * least(0)),
+            format!("{:.3}", 1e6 * least(1)),
+            format!("{:.2}", 1e9 * least(2) / n as f64),
+            format!("{:.2}", 1e9 * least(3) / n as f64),
+            ratio(2, 3),
+            ratio(0, 4),
+            ratio(0, 5),
+            ratio(0, 6),
+            ratio(0, 2),
+            ratio(0, 3),
+        ]);
+    }
+}

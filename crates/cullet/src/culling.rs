@@ -1,0 +1,119 @@
+//! Which objects may be in a view: the question asked before any vertex work.
+
+use cullet_cull::{Frustum, Test, planes_cutting, visible};
+use cullet_raster::SetupCounters;
+use cullet_transform::{PlaneMask, View};
+
+use crate::{FrameStats, Item, Prepared, Settings};
+
+/// Per item: the planes that may cut it, or `None` when there is nothing of it to draw.
+pub(crate) fn cull(
+    prepared: &Prepared,
+    view: &View,
+    settings: &Settings,
+    planes: &mut Vec<Option<PlaneMask>>,
+    stats: &mut FrameStats,
+) {
+    let items = prepared.items();
+    planes.clear();
+    if settings.hierarchy && serves(settings.cull) {
+        planes.resize(items.len(), None);
+        walk(prepared, view, settings, planes, stats);
+    } else {
+        let culler = Culler::new(view, settings.cull);
+        planes.extend(items.iter().map(|item| culler.planes(item, stats)));
+    }
+    if let Some(other) = &settings.cull_view {
+        let other = Culler::new(other, settings.cull);
+        let kept = planes.iter_mut().zip(items).filter(|(planes, _)| planes.is_some());
+        for (planes, item) in kept {
+            *planes = planes.filter(|_| other.planes(item, stats).is_some());
+        }
+    }
+    count(items, planes, stats);
+}
+
+/// Whether the tree helps with a test: it rejects by planes, and so serves the tests that do.
+fn serves(test: Test) -> bool {
+    matches!(test, Test::PVertex | Test::Both | Test::Sat)
+}
+
+/// Asks the tree, and of what it keeps asks the rest of the test.
+fn walk(
+    prepared: &Prepared,
+    view: &View,
+    settings: &Settings,
+    planes: &mut [Option<PlaneMask>],
+    stats: &mut FrameStats,
+) {
+    let frustum = Frustum::from_camera(view.camera(), view.viewport().aspect());
+    let culler = Culler::new(view, settings.cull);
+    let mut n_asked = 0;
+    let walked = prepared.hierarchy().walk(&frustum, settings.simd, |ids, cutting| {
+        for &id in ids {
+            let item = &prepared.items()[id as usize];
+            // What lies wholly inside needs no closer look.
+            let sure = settings.cull == Test::PVertex || cutting.is_empty();
+            n_asked += u64::from(!sure);
+            if sure || culler.keeps(item) {
+                planes[id as usize] = Some(cutting);
+            }
+        }
+    });
+    stats.boxes_tested += walked.nodes().tested + walked.items.tested + n_asked;
+}
+
+/// What became of the objects, and of the triangles of those that are not drawn.
+fn count(items: &[Item], planes: &mut [Option<PlaneMask>], stats: &mut FrameStats) {
+    for (item, planes) in items.iter().zip(planes) {
+        let n = u64::from(item.n_triangles);
+        stats.objects.n_in += 1;
+        if item.bounds.is_empty() {
+            *planes = None;
+            stats.objects.n_empty += 1;
+            stats.triangles +=
+                SetupCounters { n_in: n, n_not_finite: n, ..SetupCounters::default() };
+        } else if planes.is_none() {
+            stats.objects.n_outside += 1;
+            stats.n_triangles_of_culled_objects += n;
+        } else {
+            stats.objects.n_drawn += 1;
+        }
+    }
+}
+
+/// A view, ready to be asked about objects one by one.
+pub(crate) struct Culler<'a> {
+    view: &'a View,
+    frustum: Frustum,
+    test: Test,
+}
+
+impl<'a> Culler<'a> {
+    pub(crate) fn new(view: &'a View, test: Test) -> Self {
+        let frustum = Frustum::from_camera(view.camera(), view.viewport().aspect());
+        Culler { view, frustum: frustum.relative_to_eye(), test }
+    }
+
+    /// The planes that may cut `item`, or `None` if the test throws it out.
+    pub(crate) fn planes(&self, item: &Item, stats: &mut FrameStats) -> Option<PlaneMask> {
+        if self.test == Test::None {
+            return Some(PlaneMask::ALL);
+        }
+        stats.boxes_tested += 1;
+        let bounds = item.bounds_from_eye(self.view);
+        let cutting = planes_cutting(&bounds, &self.frustum, PlaneMask::ALL);
+        match self.test {
+            Test::PVertex => cutting,
+            // Who is thrown out is the test's affair; the mask spares the clipper work.
+            test => {
+                visible(test, &self.frustum, &bounds).then(|| cutting.unwrap_or(PlaneMask::ALL))
+            }
+        }
+    }
+
+    /// Whether the test keeps `item`.
+    fn keeps(&self, item: &Item) -> bool {
+        visible(self.test, &self.frustum, &item.bounds_from_eye(self.view))
+    }
+}
