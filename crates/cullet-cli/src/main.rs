@@ -16,6 +16,7 @@ mod signals;
 mod source;
 mod stats;
 mod synth;
+mod view;
 
 use std::process::ExitCode;
 
@@ -35,6 +36,7 @@ enum Command {
     Info(info::InfoArgs),
     Diff(diff::DiffArgs),
     Synth(synth::SynthArgs),
+    View(view::ViewArgs),
 }
 
 const EXIT_CODES: &str = "Exit codes: 0 done, 1 a comparison differs or a threshold failed, \
@@ -55,6 +57,7 @@ fn main() -> ExitCode {
         Command::Info(args) => info::run(args),
         Command::Diff(args) => diff::run(args),
         Command::Synth(args) => synth::run(args),
+        Command::View(args) => view::run(args),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
