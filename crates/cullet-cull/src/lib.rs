@@ -37,6 +37,7 @@ mod rounding;
 mod sat;
 mod sphere;
 
+pub mod distributions;
 pub mod wide;
 
 pub use aabb::Aabb;
