@@ -44,7 +44,10 @@ pub use aabb::Aabb;
 pub use corners::corners_visible;
 pub use cullet_transform::PlaneMask;
 pub use frustum::Frustum;
-pub use hierarchy::{Counts, Hierarchy, Join, MAX_LEVELS, WalkStats};
+pub use hierarchy::{
+    Cone, Counts, Fault, Hierarchy, Join, MAX_FRUSTA, MAX_LEVELS, Overlap, Quality, WalkStats,
+    overlap_box, overlap_cone, overlap_sphere,
+};
 pub use ladder::{Count, CullStats, InOut, Ladder, Test, Visibility, classify, visible};
 pub use matrix::{DepthRange, FrustumError};
 pub use p_vertex::{planes_cutting, planes_cutting_coherent};

@@ -14,6 +14,11 @@
 //! are remembered and never visible.
 
 mod build;
+mod check;
+mod edit;
+mod many;
+mod rays;
+mod shapes;
 mod stats;
 mod tree;
 mod walk;
@@ -25,10 +30,13 @@ use tree::{Place, Tree};
 use walk::{AnyOrder, NearToFar, Occluded};
 
 pub use build::Join;
+pub use check::{Fault, Quality};
+pub use many::MAX_FRUSTA;
+pub use shapes::{Cone, Overlap, overlap_box, overlap_cone, overlap_sphere};
 pub use stats::{Counts, MAX_LEVELS, WalkStats};
 
 use crate::wide::{Level, Space, Stored};
-use crate::{Aabb, Frustum, PlaneMask};
+use crate::{Aabb, Frustum, PlaneMask, Ray, Sphere};
 
 /// Boxes in a tree, known by number.
 #[derive(Clone, Debug)]
@@ -51,13 +59,13 @@ impl Hierarchy {
         let space = Space::around(boxes);
         let mut items = Vec::with_capacity(boxes.len());
         let mut beside = Vec::new();
-        let mut places = alloc::vec![Place::EMPTY; boxes.len()];
+        let mut places = alloc::vec![Place::Empty; boxes.len()];
         for (id, bounds) in boxes.iter().enumerate() {
             match space.store(bounds) {
                 Stored::Bounded(bounds) => items.push(Item { bounds, id: id as u32 }),
                 Stored::Beside => {
+                    places[id] = Place::Beside(beside.len() as u32);
                     beside.push((id as u32, *bounds));
-                    places[id] = Place::BESIDE;
                 }
                 Stored::Empty => {}
             }
@@ -65,7 +73,7 @@ impl Hierarchy {
         let mut nodes = build_nodes(&mut items, 0, Split::Cheapest, join);
         let (groups, ids) = leaves(&items);
         for (slot, item) in items.iter().enumerate() {
-            places[item.id as usize] = Place::slot(slot);
+            places[item.id as usize] = Place::Slot(slot as u32);
         }
         let parents = link(&mut nodes, groups.len());
         let reach = crate::wide::reach(&groups);
@@ -88,7 +96,7 @@ impl Hierarchy {
         }
     }
 
-    /// How many items, empty boxes included.
+    /// How many items there are, empty boxes included.
     pub fn len(&self) -> usize {
         self.tree.n_items
     }
@@ -147,5 +155,99 @@ impl Hierarchy {
             visible.extend(ids.iter().map(|id| (*id, cutting)));
         });
         visible
+    }
+
+    /// Calls `visit` with every item that any of `frusta` may see, once, in runs that the same of
+    /// them may see: bit `i` stands for `frusta[i]`.
+    ///
+    /// # Panics
+    /// With more than [`MAX_FRUSTA`] frusta.
+    pub fn walk_many(
+        &self,
+        frusta: &[Frustum],
+        level: Level,
+        mut visit: impl FnMut(&[u32], u64),
+    ) -> WalkStats {
+        many::walk(&self.tree, frusta, level, &mut visit)
+    }
+
+    /// Calls `visit` with runs of items whose boxes the shape behind `overlap` may touch.
+    ///
+    /// `overlap` is asked about boxes of nodes and of items, which are a little larger than the
+    /// items were given: by 2^-20 of their distance from the middle of the world at most. Any
+    /// shape will do, as long as it is not outside of a box with a part that it touches, and
+    /// inside of a box only if it contains all of it.
+    pub fn overlapping(
+        &self,
+        mut overlap: impl FnMut(&Aabb) -> Overlap,
+        mut visit: impl FnMut(&[u32]),
+    ) {
+        shapes::query(&self.tree, &mut overlap, &mut visit);
+    }
+
+    /// [`Hierarchy::overlapping`] for a ball.
+    pub fn in_sphere(&self, sphere: &Sphere, visit: impl FnMut(&[u32])) {
+        self.overlapping(|bounds| overlap_sphere(sphere, bounds), visit);
+    }
+
+    /// [`Hierarchy::overlapping`] for a cone.
+    pub fn in_cone(&self, cone: &Cone, visit: impl FnMut(&[u32])) {
+        self.overlapping(|bounds| overlap_cone(cone, bounds), visit);
+    }
+
+    /// [`Hierarchy::overlapping`] for a box.
+    pub fn in_box(&self, range: &Aabb, visit: impl FnMut(&[u32])) {
+        self.overlapping(|bounds| overlap_box(range, bounds), visit);
+    }
+
+    /// Calls `visit` with every item whose box `ray` meets, and with the parameters where it
+    /// enters and leaves, of the box as stored; see [`Hierarchy::overlapping`].
+    pub fn hits(&self, ray: &Ray, mut visit: impl FnMut(u32, (f64, f64))) {
+        rays::hits(&self.tree, ray, &mut visit);
+    }
+
+    /// The item that `ray` meets first, and the parameter where it does.
+    ///
+    /// `hit` knows the items: it returns where the ray meets one, within its box, or `None`. Of
+    /// equally near items the one with the lowest number is it.
+    pub fn nearest(
+        &self,
+        ray: &Ray,
+        mut hit: impl FnMut(u32) -> Option<f64>,
+    ) -> Option<(u32, f64)> {
+        rays::nearest(&self.tree, ray, &mut hit)
+    }
+
+    /// Moves items: item `i` takes `boxes[i]`. Numbers that name no item are passed over, items
+    /// beyond the slice stay.
+    ///
+    /// The tree keeps its shape, so the farther things move the worse it gets; compare
+    /// [`Quality::cost`] and build anew when it has grown by half.
+    pub fn refit(&mut self, boxes: &[Aabb]) {
+        self.tree.refit(boxes);
+    }
+
+    /// Adds item `id`, or gives it another box if there is one of that number.
+    ///
+    /// Numbers should be small: the tree remembers a place for each up to the largest.
+    pub fn insert(&mut self, id: u32, bounds: &Aabb) {
+        assert!(id < u32::MAX - 15, "items are numbered in 32 bits");
+        self.tree.remove(id);
+        self.tree.insert(id, bounds);
+    }
+
+    /// Takes item `id` away; `false` if there is none.
+    pub fn remove(&mut self, id: u32) -> bool {
+        self.tree.remove(id)
+    }
+
+    /// Whether all the tree promises is so. Takes time for every item: for tests.
+    pub fn validate(&self) -> Result<(), Fault> {
+        self.tree.validate()
+    }
+
+    /// How good the tree is.
+    pub fn quality(&self) -> Quality {
+        self.tree.quality()
     }
 }

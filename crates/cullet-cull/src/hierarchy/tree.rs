@@ -35,6 +35,11 @@ impl Child {
         Child { node: 0, first, len }
     }
 
+    /// A node below which items do not lie side by side.
+    pub fn scattered(node: usize) -> Child {
+        Child { node: node as u32, first: 0, len: 0 }
+    }
+
     /// The index of its node, if it has one.
     #[inline(always)]
     pub fn node(self) -> Option<usize> {
@@ -104,23 +109,15 @@ impl Node {
 
 /// Where an item is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Place(u32);
-
-impl Place {
+pub(super) enum Place {
     /// There is no such item.
-    pub const NOWHERE: Place = Place(u32::MAX);
-    /// Its box holds no point.
-    pub const EMPTY: Place = Place(u32::MAX - 1);
-    /// In the list beside the tree.
-    pub const BESIDE: Place = Place(u32::MAX - 2);
-
-    pub fn slot(slot: usize) -> Place {
-        Place(slot as u32)
-    }
-
-    pub fn as_slot(self) -> Option<usize> {
-        (self.0 < Place::BESIDE.0).then_some(self.0 as usize)
-    }
+    Nowhere,
+    /// Nowhere: its box holds no point.
+    Empty,
+    /// At this index of the list beside the tree.
+    Beside(u32),
+    /// In this slot.
+    Slot(u32),
 }
 
 /// All of it.
@@ -139,7 +136,7 @@ pub(super) struct Tree {
     pub parents: Vec<u32>,
     /// By item.
     pub places: Vec<Place>,
-    /// Items without a stored box, by id.
+    /// Items that have no stored box, with the box they have.
     pub beside: Vec<(u32, Aabb)>,
     pub free_nodes: Vec<u32>,
     pub free_groups: Vec<u32>,

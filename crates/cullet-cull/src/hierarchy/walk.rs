@@ -10,7 +10,7 @@ use fearless_simd::{Simd, dispatch, f32x8, prelude::*};
 
 use super::stats::{Counts, MAX_LEVELS, WalkStats};
 use super::tree::{Child, Tree};
-use crate::wide::{Group, Level, Planes8, Verdict};
+use crate::wide::{Group, Level, Planes8, Row, Verdict};
 use crate::{Aabb, Frustum, PlaneMask, planes_cutting};
 
 /// What to do beyond finding the visible items.
@@ -224,8 +224,8 @@ fn counts(present: u8, verdict: Verdict) -> Counts {
 fn along<S: Simd>(simd: S, group: &Group, direction: [f32; 3]) -> [f32; 8] {
     let mut sum = f32x8::splat(simd, 0.0);
     for axis in 0..3 {
-        let min = f32x8::simd_from(simd, group.min[axis]);
-        let max = f32x8::simd_from(simd, group.max[axis]);
+        let min = f32x8::simd_from(simd, *group.row(Row::MIN[axis]));
+        let max = f32x8::simd_from(simd, *group.row(Row::MAX[axis]));
         sum += (min + max) * direction[axis];
     }
     sum.into()

@@ -93,8 +93,13 @@ pub(crate) fn reach(groups: &[Group]) -> [f32; 3] {
 
 #[inline(always)]
 fn visible<S: Simd>(simd: S, planes: &Planes8, groups: &[Group], out: &mut [u8]) {
-    for (group, out) in groups.iter().zip(out) {
-        *out = planes.visible(simd, group);
+    let (fours, rest) = groups.as_chunks::<4>();
+    let (out_fours, out_rest) = out.as_chunks_mut::<4>();
+    for (four, out) in fours.iter().zip(out_fours) {
+        *out = planes.visible(simd, four);
+    }
+    for (one, out) in rest.iter().zip(out_rest) {
+        [*out] = planes.visible(simd, core::array::from_ref(one));
     }
 }
 

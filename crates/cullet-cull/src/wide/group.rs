@@ -35,38 +35,67 @@ impl Box32 {
         x * y + y * z + z * x
     }
 
-    /// Whether `other` lies within.
-    pub fn contains(&self, other: &Box32) -> bool {
-        (0..3).all(|i| self.min[i] <= other.min[i] && other.max[i] <= self.max[i])
+    /// What both have in common, if anything. An absent box has nothing.
+    pub fn intersection(&self, other: &Box32) -> Option<Box32> {
+        let common = Box32 {
+            min: core::array::from_fn(|i| self.min[i].max(other.min[i])),
+            max: core::array::from_fn(|i| self.max[i].min(other.max[i])),
+        };
+        let holds = (0..3).all(|i| common.min[i] <= common.max[i]);
+        (holds && !other.min[0].is_nan()).then_some(common)
     }
+}
+
+/// Which bound of eight boxes: a row of a [`Group`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub(crate) enum Row {
+    MinX,
+    MinY,
+    MinZ,
+    MaxX,
+    MaxY,
+    MaxZ,
+}
+
+impl Row {
+    /// The lesser bounds by axis.
+    pub const MIN: [Row; 3] = [Row::MinX, Row::MinY, Row::MinZ];
+    /// The greater bounds by axis.
+    pub const MAX: [Row; 3] = [Row::MaxX, Row::MaxY, Row::MaxZ];
 }
 
 /// Eight boxes; an absent one is NaN throughout, so that every comparison rejects it.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub(crate) struct Group {
-    /// Lesser bounds by axis and lane.
-    pub min: [[f32; 8]; 3],
-    /// Greater bounds by axis and lane.
-    pub max: [[f32; 8]; 3],
+    /// By [`Row`] and lane.
+    rows: [[f32; 8]; 6],
 }
 
 impl Group {
     /// Eight absent boxes.
-    pub const ABSENT: Group = Group { min: [[f32::NAN; 8]; 3], max: [[f32::NAN; 8]; 3] };
+    pub const ABSENT: Group = Group { rows: [[f32::NAN; 8]; 6] };
+
+    /// One bound of all boxes.
+    #[inline(always)]
+    pub fn row(&self, row: Row) -> &[f32; 8] {
+        &self.rows[row as usize]
+    }
 
     /// The box in `lane`; NaN if absent.
     #[inline]
     pub fn get(&self, lane: usize) -> Box32 {
-        Box32 { min: self.min.map(|row| row[lane]), max: self.max.map(|row| row[lane]) }
+        let [min, max] = [Row::MIN, Row::MAX].map(|rows| rows.map(|row| self.row(row)[lane]));
+        Box32 { min, max }
     }
 
     /// Puts a box in `lane`.
     #[inline]
     pub fn set(&mut self, lane: usize, bounds: &Box32) {
         for axis in 0..3 {
-            self.min[axis][lane] = bounds.min[axis];
-            self.max[axis][lane] = bounds.max[axis];
+            self.rows[axis][lane] = bounds.min[axis];
+            self.rows[axis + 3][lane] = bounds.max[axis];
         }
     }
 
@@ -77,13 +106,19 @@ impl Group {
 
     /// The least box around all present.
     pub fn union(&self) -> Box32 {
-        (0..8).fold(Box32::EMPTY, |all, lane| all.union(&self.get(lane)))
+        let fold = |row: Row, start: f32, f: fn(f32, f32) -> f32| {
+            self.row(row).iter().copied().fold(start, f) // f32::min and max pass over NaN
+        };
+        Box32 {
+            min: Row::MIN.map(|row| fold(row, f32::INFINITY, f32::min)),
+            max: Row::MAX.map(|row| fold(row, f32::NEG_INFINITY, f32::max)),
+        }
     }
 
     /// The largest coordinate along each axis, without sign; 0 if all are absent.
     pub fn reach(&self) -> [f32; 3] {
         core::array::from_fn(|axis| {
-            let rows = self.min[axis].iter().chain(&self.max[axis]);
+            let rows = self.rows[axis].iter().chain(&self.rows[axis + 3]);
             rows.fold(0.0_f32, |reach, x| reach.max(x.abs()))
         })
     }

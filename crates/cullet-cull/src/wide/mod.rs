@@ -21,16 +21,18 @@
 //!
 //! 1. Boxes are stored relative to an origin in their midst and scaled by a power of two, and
 //!    each bound moves outwards by 8u of itself, then to the next f32 outwards. That pays for all
-//!    that scales with a coordinate, with no instruction in the test.
+//!    that scales with a coordinate, with no instruction in the test; also for the f64 uncertainty of
+//!    the coefficient (its slack) where that is below u of it.
 //! 2. The offset, rebased in f64, exists twice, as an upper and a lower end. The ends lie 8u of
-//!    the offset apart from it, 2^-146, and the f64 uncertainty of the plane (its slack) times the
-//!    largest coordinate stored.
-//! 3. A coefficient below 2^-60 becomes 0 and is counted in the ends instead, times the
-//!    largest coordinate.
+//!    the offset apart from it, and 2^-146, and the f64 uncertainty of the rebased offset.
+//! 3. What remains belongs to coefficients close to zero, or to planes that were moved outwards on
+//!    purpose: a slack above u of its coefficient counts in the ends, times the largest
+//!    coordinate stored, and a coefficient below 2^-60 becomes 0 and counts there as well.
 //!
 //! A box kept by the f64 p-vertex test is therefore kept here, and one reported inside a plane
 //! is inside it. What is kept too much lies within 16u of the sum of the sizes of the terms,
-//! seen from the origin of the boxes, plus 2^-45 of the largest coordinate.
+//! seen from the origin of the boxes, plus, for planes almost parallel to an axis, 2^-45 of the
+//! largest coordinate.
 //!
 //! # Why a tree gives the same answer
 //!
@@ -54,6 +56,6 @@ pub use fearless_simd::Level;
 pub use level::levels;
 
 pub(crate) use boxes8::reach;
-pub(crate) use group::{Box32, Group};
+pub(crate) use group::{Box32, Group, Row};
 pub(crate) use planes8::{Planes8, Verdict};
 pub(crate) use space::{Space, Stored};

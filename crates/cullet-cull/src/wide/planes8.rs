@@ -3,7 +3,7 @@
 use fearless_simd::{Simd, f32x8, mask32x8, prelude::*};
 
 use super::space::{down, up};
-use super::{Group, Space};
+use super::{Group, Row, Space};
 use crate::{Frustum, PlaneMask};
 
 /// 2^-24, the unit roundoff of f32.
@@ -20,6 +20,10 @@ const UNDERFLOW: f64 = f32::MIN_POSITIVE as f64 / (1 << 20) as f64;
 pub(crate) struct Plane32 {
     /// Inward, about unit length.
     pub normal: [f32; 3],
+    /// The bounds that make the corner farthest along the normal.
+    far: [Row; 3],
+    /// The bounds that make the corner nearest.
+    near: [Row; 3],
     /// Added to the farthest corner: below zero proves the box outside.
     pub outer: f32,
     /// Added to the nearest corner: at or above zero proves the box inside.
@@ -28,11 +32,15 @@ pub(crate) struct Plane32 {
 
 impl Plane32 {
     /// Decides nothing.
-    const UNKNOWN: Plane32 =
-        Plane32 { normal: [0.0; 3], outer: f32::INFINITY, inner: f32::NEG_INFINITY };
+    const UNKNOWN: Plane32 = Plane32 {
+        normal: [0.0; 3],
+        far: Row::MAX,
+        near: Row::MIN,
+        outer: f32::INFINITY,
+        inner: f32::NEG_INFINITY,
+    };
     /// Everything is inside.
-    const AT_INFINITY: Plane32 =
-        Plane32 { normal: [0.0; 3], outer: f32::INFINITY, inner: f32::INFINITY };
+    const AT_INFINITY: Plane32 = Plane32 { inner: f32::INFINITY, ..Plane32::UNKNOWN };
 
     /// Plane `index` of `frustum`, for boxes stored in `space` with no coordinate beyond `reach`.
     fn new(frustum: &Frustum, index: usize, space: &Space, reach: [f32; 3]) -> Plane32 {
@@ -52,7 +60,9 @@ impl Plane32 {
         let mut normal = [0.0; 3];
         for axis in 0..3 {
             let (n, reach) = (plane.normal[axis], f64::from(reach[axis]));
-            doubt += slack.normal[axis] * reach;
+            if slack.normal[axis] > U * n.abs() {
+                doubt += slack.normal[axis] * reach;
+            }
             if n.abs() < SMALLEST {
                 doubt += n.abs() * reach;
             } else {
@@ -64,8 +74,16 @@ impl Plane32 {
             return Plane32::UNKNOWN;
         }
         let (greatest, least) = (rebased + doubt, rebased - doubt);
+        let (mut far, mut near) = (Row::MAX, Row::MIN);
+        for axis in 0..3 {
+            if normal[axis] < 0.0 {
+                core::mem::swap(&mut far[axis], &mut near[axis]);
+            }
+        }
         Plane32 {
             normal,
+            far,
+            near,
             outer: up(greatest + 8.0 * U * greatest.abs() + UNDERFLOW),
             inner: down(least - 8.0 * U * least.abs() - UNDERFLOW),
         }
@@ -140,44 +158,49 @@ impl Planes8 {
         Verdict { visible, cutting }
     }
 
-    /// One bit per present box that none of the six planes excludes.
+    /// One bit per present box that none of the six planes excludes, for `N` groups: more than one
+    /// share the work of fetching the planes.
     #[inline(always)]
-    pub fn visible<S: Simd>(&self, simd: S, group: &Group) -> u8 {
+    pub fn visible<S: Simd, const N: usize>(&self, simd: S, groups: &[Group; N]) -> [u8; N] {
         let zero = f32x8::splat(simd, 0.0);
-        let mut visible = mask32x8::splat(simd, true);
+        let mut visible = [mask32x8::splat(simd, true); N];
         for plane in &self.planes {
-            visible &= upper_end(simd, plane, group).simd_ge(zero);
+            for i in 0..N {
+                visible[i] &= upper_end(simd, plane, &groups[i]).simd_ge(zero);
+            }
         }
-        visible.to_bitmask() as u8
+        let mut bits = [0; N];
+        for i in 0..N {
+            bits[i] = visible[i].to_bitmask() as u8;
+        }
+        bits
     }
 }
 
 /// Of each box, the computed distance of the corner farthest along the normal.
 #[inline(always)]
 fn upper_end<S: Simd>(simd: S, plane: &Plane32, group: &Group) -> f32x8<S> {
-    let [nx, ny, nz] = plane.normal;
-    let x = if nx >= 0.0 { &group.max[0] } else { &group.min[0] };
-    let y = if ny >= 0.0 { &group.max[1] } else { &group.min[1] };
-    let z = if nz >= 0.0 { &group.max[2] } else { &group.min[2] };
-    distance(simd, plane.normal, [x, y, z], plane.outer)
+    distance(simd, plane.normal, plane.far, plane.outer, group)
 }
 
 /// Of each box, the computed distance of the corner nearest along the normal.
 #[inline(always)]
 fn lower_end<S: Simd>(simd: S, plane: &Plane32, group: &Group) -> f32x8<S> {
-    let [nx, ny, nz] = plane.normal;
-    let x = if nx >= 0.0 { &group.min[0] } else { &group.max[0] };
-    let y = if ny >= 0.0 { &group.min[1] } else { &group.max[1] };
-    let z = if nz >= 0.0 { &group.min[2] } else { &group.max[2] };
-    distance(simd, plane.normal, [x, y, z], plane.inner)
+    distance(simd, plane.normal, plane.near, plane.inner, group)
 }
 
 /// The order of these operations is part of the result; `reference` repeats it.
 #[inline(always)]
-fn distance<S: Simd>(simd: S, normal: [f32; 3], corner: [&[f32; 8]; 3], offset: f32) -> f32x8<S> {
-    let x = f32x8::simd_from(simd, *corner[0]) * normal[0];
-    let y = f32x8::simd_from(simd, *corner[1]) * normal[1];
-    let z = f32x8::simd_from(simd, *corner[2]) * normal[2];
+fn distance<S: Simd>(
+    simd: S,
+    normal: [f32; 3],
+    corner: [Row; 3],
+    offset: f32,
+    group: &Group,
+) -> f32x8<S> {
+    let x = f32x8::simd_from(simd, *group.row(corner[0])) * normal[0];
+    let y = f32x8::simd_from(simd, *group.row(corner[1])) * normal[1];
+    let z = f32x8::simd_from(simd, *group.row(corner[2])) * normal[2];
     (x + y) + (z + offset)
 }
 

@@ -1,5 +1,7 @@
 //! From f64 boxes anywhere to f32 boxes around zero, rounded outwards.
 
+use alloc::vec::Vec;
+
 use glam::DVec3;
 
 use super::Box32;
@@ -10,6 +12,9 @@ const INFLATION: f64 = 8.0 / (1 << 24) as f64;
 
 /// No stored coordinate is larger, so that no product or sum of a test overflows.
 const LARGEST: f32 = (1_u128 << 100) as f32;
+
+/// Boxes looked at to find the middle.
+const SAMPLES: usize = 1000;
 
 /// Where stored boxes count from, and in which unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,18 +37,24 @@ pub(crate) enum Stored {
 }
 
 impl Space {
-    /// Zero in the middle of all finite boxes, the farthest coordinate at about 1.
+    /// Zero in the midst of the finite boxes, most coordinates below 1.
+    ///
+    /// Medians, not means: one box that reaches far out must not take the precision of all others
+    /// with it.
     pub fn around(boxes: &[Aabb]) -> Space {
         let finite = |b: &&Aabb| b.min.is_finite() && b.max.is_finite() && !b.is_empty();
-        let all = boxes.iter().filter(finite).fold(Aabb::EMPTY, |all, b| all.union(b));
-        if all.is_empty() {
-            return Space { origin: DVec3::ZERO, scale: 1.0 };
-        }
-        let origin = all.center();
-        let reach = all.half_extent().max_element();
-        // A whole world in one point has no extent: its distance from zero is scale enough.
-        let reach = if reach > 0.0 { reach } else { origin.abs().max_element() };
-        let exponent = if reach > 0.0 { libm::ilogb(reach) + 1 } else { 0 };
+        let finite: Vec<&Aabb> = boxes.iter().filter(finite).collect();
+        let sample = || finite.iter().step_by(finite.len().div_ceil(SAMPLES).max(1));
+        let origin = DVec3::from_array(core::array::from_fn(|axis| {
+            median(sample().map(|b| b.center()[axis]).collect())
+        }));
+        let reach = |b: &&Aabb| (b.min - origin).abs().max((b.max - origin).abs()).max_element();
+        let typical = median(sample().map(reach).collect());
+        // A world in one point has no extent: its distance from zero is scale enough.
+        let candidates =
+            [typical, sample().map(reach).fold(0.0, f64::max), origin.abs().max_element()];
+        let reach = candidates.into_iter().find(|reach| *reach > 0.0);
+        let exponent = reach.map_or(0, |reach| libm::ilogb(reach.min(f64::MAX)) + 1);
         Space { origin, scale: libm::ldexp(1.0, (-exponent).clamp(-1000, 1000)) }
     }
 
@@ -76,6 +87,12 @@ impl Space {
             max: step(self.origin + point(stored.max), f64::next_up),
         }
     }
+}
+
+/// The middle one, 0 of none.
+fn median(mut values: Vec<f64>) -> f64 {
+    let middle = values.len() / 2;
+    if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(middle, f64::total_cmp).1 }
 }
 
 /// The greatest f32 that is not above `x`.
@@ -132,6 +149,15 @@ mod tests {
         assert_eq!(space.store(&cube(1e40, 1.0)), Stored::Beside);
         assert_eq!(space.store(&Aabb::EMPTY), Stored::Empty);
         assert_eq!(Space::around(&[]).scale, 1.0);
+    }
+
+    #[test]
+    fn one_box_far_out_takes_nothing_from_the_others() {
+        let mut boxes = vec![cube(1.0, 0.5), cube(2.0, 0.5), cube(3.0, 0.5)];
+        let space = Space::around(&boxes);
+        boxes.push(Aabb { min: DVec3::splat(-1e9), max: DVec3::ZERO });
+        boxes.push(cube(3.0, 0.5));
+        assert_eq!(Space::around(&boxes), space);
     }
 
     #[test]

@@ -1,34 +1,10 @@
 //! The tree against the flat test: the same items, the same masks.
 
-mod hierarchy_common;
-
+use crate::worlds::{Random, cameras, city, degenerate, odd_boxes, random_boxes};
 use cullet_cull::wide::{Boxes8, levels, reference};
 use cullet_cull::{Aabb, Frustum, Hierarchy, PlaneMask};
-use glam::DVec3;
-use hierarchy_common::{Random, cameras, city, odd_boxes, random_boxes};
 
-/// Boxes that are hard on a tree.
-fn degenerate(n: usize) -> Vec<(&'static str, Vec<Aabb>)> {
-    let cube = |center: DVec3, half: f64| Aabb { min: center - half, max: center + half };
-    let each = |f: &dyn Fn(f64) -> Aabb| (0..n).map(|i| f(i as f64)).collect();
-    vec![
-        ("identical", each(&|_| cube(DVec3::ONE, 0.5))),
-        ("one point", each(&|_| cube(DVec3::ONE, 0.0))),
-        ("nested", each(&|i| cube(DVec3::ONE, i + 1.0))),
-        ("chain", each(&|i| cube(DVec3::X * i, 0.6))),
-        ("halving", each(&|i| cube(DVec3::splat(1.5_f64.powf(-i % 200.0)), 1e-3))),
-        (
-            "growing",
-            each(&|i| cube(DVec3::splat(1.2_f64.powf(i % 300.0)), 1.2_f64.powf(i % 300.0))),
-        ),
-        (
-            "grid of points",
-            each(&|i| cube(DVec3::new(i % 31.0, i / 31.0 % 17.0, 0.0).floor(), 0.0)),
-        ),
-    ]
-}
-
-fn sets() -> Vec<(String, Vec<Aabb>)> {
+pub fn sets() -> Vec<(String, Vec<Aabb>)> {
     let mut random = Random(11);
     let mut sets = vec![
         ("city".to_string(), city(&mut random, 5000)),
@@ -46,7 +22,7 @@ fn sets() -> Vec<(String, Vec<Aabb>)> {
 }
 
 /// By item: what a walk said of it.
-fn verdicts(
+pub fn verdicts(
     n: usize,
     walk: impl FnOnce(&mut dyn FnMut(&[u32], PlaneMask)),
 ) -> Vec<Option<PlaneMask>> {
@@ -104,6 +80,109 @@ impl Walk {
             Walk::Any => tree.walk(frustum, level, visit),
             Walk::Near => tree.walk_near_to_far(frustum, level, visit),
             Walk::Asking => tree.walk_unoccluded(frustum, level, |_| false, visit),
+        }
+    }
+}
+
+#[test]
+fn trees_are_sound_and_full() {
+    for (name, boxes) in sets() {
+        let tree = Hierarchy::build(&boxes);
+        tree.validate().unwrap_or_else(|fault| panic!("{name}: {fault}"));
+        let quality = tree.quality();
+        let full = quality.n_items as f64 / (8.0 * quality.n_items.div_ceil(8) as f64);
+        assert!(quality.n_items == 0 || quality.leaf_fill == full, "{name}: {quality:?}");
+    }
+}
+
+#[test]
+fn threads_do_not_change_the_tree() {
+    let boxes = city(&mut Random(13), 50_000);
+    let tree = Hierarchy::build(&boxes);
+    let threaded = Hierarchy::build_with(&boxes, &|a, b| {
+        std::thread::scope(|scope| {
+            scope.spawn(b);
+            a();
+        });
+    });
+    threaded.validate().unwrap();
+    assert_eq!(tree.quality(), threaded.quality());
+    for frustum in cameras(&mut Random(14), &boxes, 5) {
+        let level = cullet_cull::wide::Level::new();
+        assert_eq!(tree.visible(&frustum, level), threaded.visible(&frustum, level));
+    }
+}
+
+#[test]
+fn near_comes_before_far() {
+    let boxes = random_boxes(&mut Random(15), 3000, 100.0, 1.0);
+    let tree = Hierarchy::build(&boxes);
+    for frustum in cameras(&mut Random(16), &boxes, 10) {
+        let along = |id: u32| frustum.planes[4].normal.dot(boxes[id as usize].center());
+        let order = |near: bool| {
+            let mut depths = vec![];
+            let visit = |ids: &[u32], _| depths.extend(ids.iter().map(|id| along(*id)));
+            let level = cullet_cull::wide::Level::new();
+            match near {
+                true => tree.walk_near_to_far(&frustum, level, visit),
+                false => tree.walk(&frustum, level, visit),
+            };
+            // How far, on average, an item lies before the farthest already returned.
+            let mut farthest = f64::NEG_INFINITY;
+            let mut sum = 0.0;
+            for depth in &depths {
+                farthest = farthest.max(*depth);
+                sum += farthest - depth;
+            }
+            sum / depths.len().max(1) as f64
+        };
+        assert!(order(true) <= 0.8 * order(false) + 5.0, "{} {}", order(true), order(false));
+    }
+}
+
+#[test]
+fn what_is_occluded_is_not_entered() {
+    let boxes = random_boxes(&mut Random(17), 3000, 100.0, 1.0);
+    let tree = Hierarchy::build(&boxes);
+    let level = cullet_cull::wide::Level::new();
+    for frustum in cameras(&mut Random(18), &boxes, 10) {
+        // Everything with x > 0 is hidden.
+        let hidden = |bounds: &Aabb| bounds.min.x > 0.0;
+        let mut seen = vec![];
+        let stats = tree.walk_unoccluded(&frustum, level, hidden, |ids, _| {
+            seen.extend_from_slice(ids);
+        });
+        assert_eq!(stats.n_visible, seen.len() as u64);
+        seen.sort_unstable();
+        let mut all: Vec<u32> = tree.visible(&frustum, level).iter().map(|(id, _)| *id).collect();
+        all.sort_unstable();
+        assert!(seen.iter().all(|id| all.binary_search(id).is_ok()));
+        for id in all {
+            let bounds = &boxes[id as usize];
+            assert!(bounds.max.x > 0.0 || seen.binary_search(&id).is_ok(), "{id} is lost");
+        }
+        assert!(tree.walk_unoccluded(&frustum, level, |_| true, |_, _| ()).n_visible == 0);
+    }
+}
+
+/// A million boxes in one place, and a million around each other: built and walked in no time.
+#[test]
+fn a_million_on_top_of_each_other() {
+    for (name, boxes) in degenerate(1_000_000) {
+        if !["identical", "nested", "chain"].contains(&name) {
+            continue;
+        }
+        let tree = Hierarchy::build(&boxes);
+        let quality = tree.quality();
+        assert_eq!((quality.n_items, quality.leaf_fill), (1_000_000, 1.0), "{name}");
+        assert!(quality.depth <= 20, "{name}: {quality:?}");
+        for frustum in cameras(&mut Random(19), &boxes[..100], 4) {
+            let level = cullet_cull::wide::Level::new();
+            let stats = tree.walk(&frustum, level, |_, _| ());
+            let mut bits = vec![0; boxes.len().div_ceil(8)];
+            Boxes8::new(&boxes).visible_into(&frustum, level, &mut bits);
+            let n: u32 = bits.iter().map(|byte| byte.count_ones()).sum();
+            assert_eq!(stats.n_visible, u64::from(n), "{name}");
         }
     }
 }

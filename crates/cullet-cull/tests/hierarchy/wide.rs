@@ -1,11 +1,9 @@
 //! The wide test against its scalar twin, at every level, and against the f64 test.
 
-mod hierarchy_common;
-
+use crate::worlds::{Random, cameras, city, odd_boxes, random_boxes};
 use cullet_cull::wide::{Boxes8, levels, reference};
 use cullet_cull::{Aabb, PlaneMask, planes_cutting};
 use glam::DVec3;
-use hierarchy_common::{Random, cameras, city, odd_boxes, random_boxes};
 
 /// One list of boxes from every corner of the trade.
 fn sets() -> Vec<(String, Vec<Aabb>)> {

@@ -1,5 +1,4 @@
 //! Boxes and cameras to try the wide tests and the tree on; the same in every run.
-#![allow(dead_code, reason = "each test binary uses its own part")]
 
 use cullet_cull::{Aabb, Frustum};
 use cullet_transform::{Camera, Kind, Projection, Window};
@@ -151,4 +150,25 @@ pub fn cameras(random: &mut Random, boxes: &[Aabb], n: usize) -> Vec<Frustum> {
 fn quaternion(random: &mut Random) -> DQuat {
     let p = random.point(1.0);
     DQuat::from_xyzw(p.x, p.y, p.z, random.within(0.1, 1.0)).normalize()
+}
+
+/// Boxes that are hard on a tree.
+pub fn degenerate(n: usize) -> Vec<(&'static str, Vec<Aabb>)> {
+    let cube = |center: DVec3, half: f64| Aabb { min: center - half, max: center + half };
+    let each = |f: &dyn Fn(f64) -> Aabb| (0..n).map(|i| f(i as f64)).collect();
+    vec![
+        ("identical", each(&|_| cube(DVec3::ONE, 0.5))),
+        ("one point", each(&|_| cube(DVec3::ONE, 0.0))),
+        ("nested", each(&|i| cube(DVec3::ONE, i + 1.0))),
+        ("chain", each(&|i| cube(DVec3::X * i, 0.6))),
+        ("halving", each(&|i| cube(DVec3::splat(1.5_f64.powf(-i % 200.0)), 1e-3))),
+        (
+            "growing",
+            each(&|i| cube(DVec3::splat(1.2_f64.powf(i % 300.0)), 1.2_f64.powf(i % 300.0))),
+        ),
+        (
+            "grid of points",
+            each(&|i| cube(DVec3::new(i % 31.0, i / 31.0 % 17.0, 0.0).floor(), 0.0)),
+        ),
+    ]
 }
