@@ -19,6 +19,7 @@
 extern crate alloc;
 
 mod aabb;
+mod contribution;
 mod corners;
 mod frustum;
 mod halfspace;
@@ -37,10 +38,12 @@ mod rounding;
 mod sat;
 mod sphere;
 
+pub mod bounds;
 pub mod distributions;
 pub mod wide;
 
 pub use aabb::Aabb;
+pub use contribution::{projected_size_px, projected_sphere_size_px};
 pub use corners::corners_visible;
 pub use cullet_transform::PlaneMask;
 pub use frustum::Frustum;
