@@ -7,8 +7,8 @@ use std::time::Duration;
 
 use cullet::cull::Test;
 use cullet::{
-    Camera, CullTest, Frame, FrameStats, Pass, Passes, Prepared, Renderer, Settings, View,
-    Viewport, frame_direction,
+    Camera, Frame, FrameStats, Pass, Passes, Prepared, Renderer, Settings, View, Viewport,
+    frame_direction,
 };
 
 use crate::hud::{self, GREY, Line, WHITE, span};
@@ -258,7 +258,7 @@ impl App {
         self.coarse = moving && self.adaptive && self.full_frame > SLOW;
         let drawn = if self.coarse { View::new(view.camera(), half(self.viewport)) } else { view };
         let settings = Settings {
-            cull: cull_test(self.test),
+            cull: self.test,
             cull_view: self.frozen.as_ref().map(|frozen| frozen.view),
             passes: match self.frozen {
                 Some(_) => Passes::COLOR.with(Pass::Depth),
@@ -326,7 +326,7 @@ impl App {
                 format!("{} drawn", triangles.n_drawn),
                 format!("  of {} in drawn objects", triangles.n_in),
             ),
-            row("test", test_name(self.test).into(), "  H: help".into()),
+            row("test", test_name(self.test), "  H: help".into()),
         ]
     }
 
@@ -403,23 +403,9 @@ fn test_of(digit: u8) -> Option<Test> {
     tests.get(usize::from(digit)).copied()
 }
 
-fn test_name(test: Test) -> &'static str {
-    match test {
-        Test::None => "none",
-        Test::Sphere => "sphere",
-        Test::Corners => "corners",
-        Test::PVertex => "p-vertex",
-        Test::Reverse => "reverse",
-        Test::Both => "both",
-        Test::Sat => "sat",
-    }
-}
-
-fn cull_test(test: Test) -> CullTest {
-    match test {
-        Test::None => CullTest::None,
-        _ => CullTest::PVertex,
-    }
+/// The name that `cullet render --cull` knows.
+fn test_name(test: Test) -> String {
+    test.name().replace('_', "-")
 }
 
 fn half(viewport: Viewport) -> Viewport {
@@ -524,11 +510,18 @@ mod tests {
         let mut app = app();
         app.input(Input::Zoom(12.0));
         press(&mut app, Key::Space);
-        app.draw(false);
-        let verdicts = &app.frozen.as_ref().unwrap().verdicts;
-        let kept = [Verdict::Inside, Verdict::Crossing, Verdict::FalseVisible];
-        let n_kept = verdicts.iter().filter(|verdict| kept.contains(verdict)).count();
-        assert_eq!(n_kept as u64, app.stats().objects.n_drawn);
+        app.input(Input::Zoom(-20.0));
+        for digit in 0..=5 {
+            press(&mut app, Key::Digit(digit));
+            app.draw(false);
+            let verdicts = &app.frozen.as_ref().unwrap().verdicts;
+            let kept = [Verdict::Inside, Verdict::Crossing, Verdict::FalseVisible];
+            let n_kept = verdicts.iter().filter(|verdict| kept.contains(verdict)).count();
+            assert_eq!(n_kept as u64, app.stats().objects.n_drawn, "{digit}");
+            let in_vain = verdicts.contains(&Verdict::FalseVisible);
+            assert!(!in_vain || digit != 5, "the exact test keeps nothing in vain");
+            assert!(in_vain || digit != 0, "no test keeps everything");
+        }
     }
 
     #[test]

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use clap::Parser;
 use cullet::scene::synth::synth;
-use cullet::scene::{Lens, LoadOptions, Scene, load};
-use cullet::{Camera, Projection};
+use cullet::scene::{LoadOptions, Scene, load};
+use cullet::{Camera, camera_of};
 use cullet_view::HELP;
 
 use crate::{Failure, INPUT, USAGE};
@@ -48,6 +48,10 @@ pub struct Args {
     #[arg(long, value_name = "COUNT", default_value_t = LoadOptions::default().max_triangles)]
     #[arg(help_heading = "Limits")]
     max_triangles: u64,
+    /// Limit for the geometry that is decoded from glTF, in bytes
+    #[arg(long, value_name = "BYTES", default_value_t = LoadOptions::default().max_decoded_bytes)]
+    #[arg(help_heading = "Limits")]
+    max_decoded_bytes: u64,
 }
 
 impl Args {
@@ -58,6 +62,7 @@ impl Args {
             max_image_pixels: self.max_image_pixels,
             max_nodes: self.max_nodes,
             max_triangles: self.max_triangles,
+            max_decoded_bytes: self.max_decoded_bytes,
             ..LoadOptions::default()
         };
         match self.scene.to_str().and_then(|path| path.strip_prefix("synth:")) {
@@ -78,16 +83,7 @@ impl Args {
             let what = format!("there is no camera `{}`; the scene has {n}", self.camera);
             Failure::new(USAGE, what)
         })?;
-        let projection = match camera.lens {
-            Lens::Perspective { yfov, near, far, .. } => {
-                Projection::Perspective { yfov, near, far }
-            }
-            Lens::Orthographic { ymag, near, far, .. } => {
-                Projection::Orthographic { height: 2.0 * ymag, near, far }
-            }
-        };
-        let camera = Camera::from_node(&camera.world_from_camera, projection);
-        camera.map(Some).map_err(|error| Failure::new(INPUT, error))
+        camera_of(camera).map(Some).map_err(|error| Failure::new(INPUT, error))
     }
 }
 
