@@ -4,6 +4,34 @@
 //! Handedness, the look direction and the order of the planes are those of the convention
 //! table in `cullet_transform`.
 //!
+//! ```
+//! use cullet_cull::{Aabb, Frustum, Test, Visibility, classify, visible};
+//! use cullet_transform::{Camera, Projection};
+//! use glam::DVec3;
+//!
+//! let lens = Projection::Perspective { yfov: 1.0, near: 0.1, far: f64::INFINITY };
+//! let camera = Camera::look_at(DVec3::ZERO, DVec3::NEG_Z, DVec3::Y, lens)?;
+//! let frustum = Frustum::from_camera(&camera, 16.0 / 9.0);
+//! let house = Aabb { min: DVec3::new(-3.0, -1.0, -20.0), max: DVec3::new(3.0, 5.0, -14.0) };
+//! assert!(visible(Test::PVertex, &frustum, &house));
+//! assert_eq!(classify(&frustum, &house), Visibility::Inside);
+//! # Ok::<(), cullet_transform::CameraError>(())
+//! ```
+//!
+//! # Where to start
+//!
+//! | question | answer |
+//! | --- | --- |
+//! | what does the camera see? | [`Frustum::from_camera`], or [`Frustum::from_matrix`] of any matrix |
+//! | may this box be visible? | [`visible`], by any [`Test`]; [`planes_cutting`] also says what to clip |
+//! | exactly? | [`Sat`], [`classify`] |
+//! | several tests, counted? | [`Ladder`], [`CullStats`] |
+//! | many boxes? | [`wide::Boxes8`] for a list, [`Hierarchy`] for a world |
+//! | which lights matter where? | [`light_visible`], [`Clusters`] |
+//! | too small to matter? | [`projected_size_px`] |
+//! | how large is a mesh that moves? | [`bounds`] |
+//! | which test pays? | [`distributions`] |
+//!
 //! # What every visibility test here promises
 //!
 //! - Sets are closed: touching is visible.
@@ -26,6 +54,7 @@ mod halfspace;
 mod hierarchy;
 mod implied;
 mod ladder;
+mod lights;
 mod matrix;
 mod number;
 mod p_vertex;
@@ -52,6 +81,7 @@ pub use hierarchy::{
     overlap_box, overlap_cone, overlap_sphere,
 };
 pub use ladder::{Count, CullStats, InOut, Ladder, Test, Visibility, classify, visible};
+pub use lights::{ClusterLights, Clusters, LightRange, light_visible, slice_depths};
 pub use matrix::{DepthRange, FrustumError};
 pub use p_vertex::{planes_cutting, planes_cutting_coherent};
 pub use plane::Plane;
