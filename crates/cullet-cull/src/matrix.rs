@@ -203,3 +203,109 @@ fn rounded([x, y, z, w]: Row<Interval>) -> (DVec4, DVec3) {
     let sizes = position.truncate().abs();
     (position, (errors / (CORNER_SLACK * ROUNDING)).max(sizes))
 }
+
+#[cfg(test)]
+mod tests {
+    use cullet_transform::{Kind, Window};
+    use glam::DMat3;
+
+    use super::*;
+    use crate::{PlaneMask, Test, planes_cutting, visible};
+
+    fn window(far: f64) -> Window {
+        let (left, right, bottom, top) = (-1.0, 2.0, -0.5, 1.5);
+        Window { kind: Kind::Perspective, left, right, bottom, top, near: 0.5, far }
+    }
+
+    /// The other depth ranges of a matrix with reversed depth.
+    fn with_depth(reversed: &DMat4, depth: DepthRange) -> DMat4 {
+        let mut rows = reversed.transpose();
+        rows.z_axis = match depth {
+            DepthRange::Reversed => rows.z_axis,
+            DepthRange::ZeroToOne => rows.w_axis - rows.z_axis,
+            DepthRange::MinusOneToOne => rows.w_axis - 2.0 * rows.z_axis,
+        };
+        rows.transpose()
+    }
+
+    #[test]
+    fn the_matrix_of_a_window_has_its_planes_and_corners() {
+        let depths = [DepthRange::Reversed, DepthRange::ZeroToOne, DepthRange::MinusOneToOne];
+        for (far, depth) in [8.0, f64::INFINITY].into_iter().flat_map(|f| depths.map(|d| (f, d))) {
+            let expected = Frustum::from_window(DVec3::ZERO, &DMat3::IDENTITY, &window(far));
+            let matrix = with_depth(&window(far).clip_from_view(), depth);
+            for scale in [1e-30, 1.0, 1e30] {
+                let frustum = Frustum::from_matrix(&(matrix * scale), depth).expect("a frustum");
+                assert_eq!(frustum.has_far(), far.is_finite());
+                for (a, b) in frustum.planes.iter().zip(&expected.planes) {
+                    assert!(a.normal.abs_diff_eq(b.normal, 1e-15));
+                    assert!(a.offset == b.offset || (a.offset - b.offset).abs() < 1e-13);
+                }
+                for (a, b) in frustum.corners.iter().zip(expected.corners) {
+                    let scale = if a.w == 0.0 {
+                        b.truncate().length() / a.truncate().length()
+                    } else {
+                        1.0
+                    };
+                    assert!((a.truncate() * scale).abs_diff_eq(b.truncate(), 1e-12) && a.w == b.w);
+                }
+                assert!(frustum.bounds().grown(1e-9).contains(&expected.bounds()));
+            }
+        }
+    }
+
+    #[test]
+    fn worlds_of_any_size_are_alike() {
+        let matrix = window(100.0).clip_from_view();
+        let verdicts = |size: f64| {
+            let world = matrix * DMat4::from_scale(DVec3::splat(1.0 / size));
+            let frustum = Frustum::from_matrix(&world, DepthRange::Reversed).expect("a frustum");
+            (0..400)
+                .map(|i| {
+                    let at = DVec3::new(f64::from(i % 20) - 10.0, f64::from(i / 20) - 10.0, -9.0);
+                    let bounds = Aabb { min: at * size, max: (at + 0.5) * size };
+                    Test::ALL.map(|test| visible(test, &frustum, &bounds))
+                })
+                .collect::<alloc::vec::Vec<_>>()
+        };
+        let ordinary = verdicts(1.0);
+        assert!(ordinary.iter().any(|v| v[6]) && ordinary.iter().any(|v| !v[6]));
+        for size in [1e-30, 1e-20, 1e20, 1e30] {
+            assert_eq!(verdicts(size), ordinary, "{size}");
+        }
+    }
+
+    #[test]
+    fn impossible_matrices_are_errors() {
+        #[track_caller]
+        fn check(matrix: DMat4, expected: FrustumError) {
+            let error = Frustum::from_matrix(&matrix, DepthRange::Reversed).unwrap_err();
+            assert_eq!(error, expected);
+        }
+        let good = window(9.0).clip_from_view();
+        check(good * f64::NAN, FrustumError::NotFinite);
+        check(good * f64::INFINITY, FrustumError::NotFinite);
+        check(DMat4::ZERO, FrustumError::Singular);
+        check(DMat4::from_diagonal(DVec4::new(1.0, 0.0, 1.0, 1.0)), FrustumError::Singular);
+        check(good * DMat4::from_scale(DVec3::new(0.0, 1.0, 1.0)), FrustumError::Singular);
+        check(good * DMat4::from_scale(DVec3::new(1.0, 1.0, 0.0)), FrustumError::Empty);
+        check(-good, FrustumError::Empty);
+    }
+
+    #[test]
+    fn mirrors_and_parallel_lines_are_ordinary() {
+        let mirror = DMat4::from_scale(DVec3::new(-1.0, 1.0, 1.0));
+        let matrix = window(9.0).clip_from_view() * mirror;
+        let frustum = Frustum::from_matrix(&matrix, DepthRange::Reversed).expect("a frustum");
+        let point = |x: f64| Aabb { min: DVec3::new(x, 0.0, -2.0), max: DVec3::new(x, 0.0, -2.0) };
+        assert!(visible(Test::Sat, &frustum, &point(-3.5)));
+        assert!(!visible(Test::PVertex, &frustum, &point(3.5)));
+        let cube = Frustum::from_matrix(&DMat4::IDENTITY, DepthRange::MinusOneToOne).expect("one");
+        assert!(cube.bounds().contains(&Aabb { min: -DVec3::ONE, max: DVec3::ONE }));
+        let touching = Aabb { min: DVec3::ONE, max: DVec3::splat(2.0) };
+        assert!(visible(Test::Sat, &cube, &touching));
+        let apart = Aabb { min: DVec3::ONE.with_x(1.0_f64.next_up()), ..touching };
+        assert!(!visible(Test::Sat, &cube, &apart));
+        assert!(planes_cutting(&apart, &cube, PlaneMask::ALL).is_some());
+    }
+}

@@ -304,6 +304,11 @@ fn knife_edge(rng: &mut Rng, case: &Case) -> Aabb {
     let free = [rng.below(8), 0][rng.below(2) as usize];
     let size = box_size(rng, case);
     let (mut min, mut max) = (point, point);
+    // Touching in zero, from the side where it is negative, or by less than any normal number.
+    if case.frustum.origin == DVec3::ZERO && rng.below(16) == 0 {
+        point = [DVec3::ZERO, -DVec3::ZERO, DVec3::splat(1e-310), point * 1e-290][i & 3];
+        (min, max) = (point, point);
+    }
     for c in 0..3 {
         if free & 1 << c != 0 {
             min[c] -= size[c] * rng.unit();
