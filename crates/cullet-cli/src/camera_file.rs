@@ -72,6 +72,12 @@ impl CameraFile {
         }
     }
 
+    /// Width over height, when the file names it or a size.
+    pub fn aspect(&self) -> Result<Option<f64>, String> {
+        let of_size = self.size()?.map(|(width, height)| f64::from(width) / f64::from(height));
+        Ok(of_size.or(self.aspect.map(|Number(aspect)| aspect)))
+    }
+
     /// The file of a camera and a picture size; `None` for lenses it cannot express.
     pub fn of(camera: &Camera, width: u32, height: u32) -> Option<CameraFile> {
         let (yfov_deg, ortho_height, near, far) = match camera.projection() {

@@ -4,6 +4,7 @@
 //! Exit codes are in [`exit`]; every error of a run arrives here as one line.
 
 mod camera_file;
+mod cull;
 mod diff;
 mod exit;
 mod info;
@@ -33,6 +34,7 @@ struct Cli {
 #[derive(Subcommand, Debug)]
 enum Command {
     Render(Box<render::RenderArgs>),
+    Cull(Box<cull::CullArgs>),
     Info(info::InfoArgs),
     Diff(diff::DiffArgs),
     Synth(synth::SynthArgs),
@@ -54,6 +56,7 @@ fn main() -> ExitCode {
     signals::listen();
     let done = match &cli.command {
         Command::Render(args) => render::run(args),
+        Command::Cull(args) => cull::run(args),
         Command::Info(args) => info::run(args),
         Command::Diff(args) => diff::run(args),
         Command::Synth(args) => synth::run(args),

@@ -1,6 +1,6 @@
 //! Which objects may be in a view: the question asked before any vertex work.
 
-use cullet_cull::{Frustum, Test, planes_cutting, visible};
+use cullet_cull::{Aabb, Frustum, Sat, Test, planes_cutting, visible};
 use cullet_raster::SetupCounters;
 use cullet_transform::{PlaneMask, View};
 
@@ -87,12 +87,15 @@ pub(crate) struct Culler<'a> {
     view: &'a View,
     frustum: Frustum,
     test: Test,
+    /// Prepared once; of use to the exact test only.
+    sat: Option<Sat>,
 }
 
 impl<'a> Culler<'a> {
     pub(crate) fn new(view: &'a View, test: Test) -> Self {
         let frustum = Frustum::from_camera(view.camera(), view.viewport().aspect());
-        Culler { view, frustum: frustum.relative_to_eye(), test }
+        let frustum = frustum.relative_to_eye();
+        Culler { view, frustum, test, sat: (test == Test::Sat).then(|| Sat::new(&frustum)) }
     }
 
     /// The planes that may cut `item`, or `None` if the test throws it out.
@@ -106,14 +109,19 @@ impl<'a> Culler<'a> {
         match self.test {
             Test::PVertex => cutting,
             // Who is thrown out is the test's affair; the mask spares the clipper work.
-            test => {
-                visible(test, &self.frustum, &bounds).then(|| cutting.unwrap_or(PlaneMask::ALL))
-            }
+            _ => self.keeps_box(&bounds).then(|| cutting.unwrap_or(PlaneMask::ALL)),
         }
     }
 
     /// Whether the test keeps `item`.
     fn keeps(&self, item: &Item) -> bool {
-        visible(self.test, &self.frustum, &item.bounds_from_eye(self.view))
+        self.keeps_box(&item.bounds_from_eye(self.view))
+    }
+
+    fn keeps_box(&self, bounds: &Aabb) -> bool {
+        match &self.sat {
+            Some(sat) => sat.visible(bounds),
+            None => visible(self.test, &self.frustum, bounds),
+        }
     }
 }

@@ -1,11 +1,11 @@
 //! `cullet render`: a scene and a camera in, pictures out.
 
 mod args;
-mod camera;
+pub mod camera;
 mod passes;
 mod pixels;
 
-pub use args::RenderArgs;
+pub use args::{RenderArgs, SimdName};
 
 use std::time::{Duration, Instant};
 
