@@ -2,7 +2,7 @@
 
 use cullet::{Camera, Projection};
 use glam::DVec3;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
 
 use crate::numbers::Number;
 
@@ -23,9 +23,9 @@ pub struct CameraFile {
     #[serde(deserialize_with = "Option::deserialize")]
     zfar: Option<Number>,
     /// Size of the picture in pixels; both or neither.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none", serialize_with = "whole")]
     width: Option<Number>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none", serialize_with = "whole")]
     height: Option<Number>,
     /// Width over height where no picture is made.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -102,6 +102,11 @@ impl CameraFile {
             aspect: None,
         })
     }
+}
+
+/// Pixels, without a decimal point.
+fn whole<S: Serializer>(pixels: &Option<Number>, serializer: S) -> Result<S::Ok, S::Error> {
+    pixels.map(|Number(n)| n as u32).serialize(serializer)
 }
 
 fn vector(numbers: [Number; 3]) -> DVec3 {
@@ -184,6 +189,7 @@ mod tests {
     fn a_camera_survives_its_file() {
         let camera = file(r#"{"zfar":null}"#).unwrap().0;
         let text = serde_json::to_string(&CameraFile::of(&camera, 64, 48).unwrap()).unwrap();
+        assert!(text.ends_with(r#""width":64,"height":48}"#), "{text}");
         let again = CameraFile::parse(&text).unwrap();
         assert_eq!(again.size(), Ok(Some((64, 48))));
         assert!((again.camera().unwrap().eye() - camera.eye()).length() < 1e-12);

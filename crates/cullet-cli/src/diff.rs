@@ -3,7 +3,12 @@
 //! Figures are in the units people expect: `max` and `mae` in 8-bit steps (0 to 255, with
 //! fractions for deeper pictures), `changed` in pixels, `psnr` in decibels, `ssim` up to 1,
 //! `flip` from 0 to 1. A picture with transparency is compared over black and over white, and
-//! the worse figure counts. Floats are taken as linear light and clamped as a screen does.
+//! the worse figure counts.
+//!
+//! Two pictures of floats hold data: `max`, `mae` and `changed` compare the numbers as they
+//! are, alpha included, in their own units, where NaN equals NaN and is infinitely far from
+//! everything else. Figures of appearance, and a picture of floats against one of integers,
+//! take floats as linear light and clamp them as a screen does; NaN is black.
 
 use std::path::{Path, PathBuf};
 
@@ -17,11 +22,16 @@ use serde_json::{Map, Value, json};
 
 use crate::exit::{Exit, Failure};
 use crate::numbers::{self, Number};
-use crate::output::{Outputs, Target, print};
+use crate::output::{Outputs, Target, print, spare_inputs};
 use crate::picture_file::{Format, Pixels, PngCompression, Samples, encode};
 use crate::stats;
 
-/// Compare two pictures; without thresholds, any difference is exit code 1.
+/// Compare two pictures; without thresholds, any difference is exit code 1
+///
+/// Two .exr files are compared as data: `max`, `mae` and `changed` take the floats as they are,
+/// alpha included, in the units of the data; NaN equals NaN, and inf equals inf. `psnr`, `ssim`
+/// and `flip` compare what a screen shows: linear light, clamped to 0..1. A picture with
+/// transparency is compared over black and over white, and the worse figure counts.
 #[derive(Args, Clone, Debug)]
 pub struct DiffArgs {
     /// The reference
@@ -51,9 +61,9 @@ pub struct DiffArgs {
 /// A figure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Metric {
-    /// Largest difference of any channel, in 8-bit steps
+    /// Largest difference of any channel, in 8-bit steps; for two .exr in the data's own units
     Max,
-    /// Mean absolute difference, in 8-bit steps
+    /// Mean absolute difference, in the same units as `max`
     Mae,
     /// Pixels that differ at all
     Changed,
@@ -68,6 +78,9 @@ enum Metric {
 /// Measures, prints and judges.
 pub fn run(args: &DiffArgs) -> Result<(), Failure> {
     let heatmap = args.heatmap.as_deref().map(heatmap_format).transpose()?;
+    if let Some(path) = &args.heatmap {
+        spare_inputs(&[Target::from(path.as_path())], &[&args.a, &args.b])?;
+    }
     let [a, b] = [read(&args.a)?, read(&args.b)?];
     let sizes = [&a, &b].map(|image| [image.width(), image.height()]);
     if sizes[0] != sizes[1] {
@@ -102,7 +115,7 @@ pub fn run(args: &DiffArgs) -> Result<(), Failure> {
     } else {
         let mut table = Table::new(&[("metric", Align::Left), ("value", Align::Right)]);
         for (metric, value) in &figures {
-            table.push([metric.name(), format!("{:.6}", value)]);
+            table.push([metric.name(), figure_text(*value)]);
         }
         print(table.to_string().as_bytes())?;
     }
@@ -125,13 +138,22 @@ impl Metric {
     }
 }
 
+/// Six decimals where they show something.
+fn figure_text(value: f64) -> String {
+    let plain = value == 0.0 || !value.is_finite() || (1e-3..1e9).contains(&value.abs());
+    if plain { format!("{value:.6}") } else { format!("{value:.6e}") }
+}
+
 fn differs(message: String) -> Failure {
     Failure { exit: Exit::Differs, message }
 }
 
 fn threshold(text: &str) -> Result<(Metric, f64), String> {
     let (name, value) = text.split_once('=').ok_or("give METRIC=VALUE, like psnr=40")?;
-    let metric = Metric::from_str(name.trim(), true)?;
+    let metric = Metric::from_str(name.trim(), true).map_err(|_| {
+        let names: Vec<_> = Metric::value_variants().iter().map(|metric| metric.name()).collect();
+        format!("there is no metric `{}`; choose from {}", name.trim(), names.join(", "))
+    })?;
     let value = numbers::parse(value).filter(|value| !value.is_nan());
     Ok((metric, value.ok_or("the value is not a number")?))
 }
@@ -172,6 +194,24 @@ fn report(
 
 fn read(path: &Path) -> Result<DynamicImage, Failure> {
     let shown = path.display();
+    if path == Path::new("-") {
+        return Err(Failure::usage("pictures are not read from standard input; name two files"));
+    }
+    let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+    match extension.to_str() {
+        Some("f32") => {
+            return Err(Failure::input(format!(
+                "{shown}: raw floats do not say their size; render to .exr, which holds the same \
+                 floats, or compare .png, .jpg, .webp or .ppm"
+            )));
+        }
+        Some("glb" | "gltf" | "obj") => {
+            return Err(Failure::input(format!(
+                "{shown}: is a scene; draw it first: cullet render {shown} -o FILE.png"
+            )));
+        }
+        _ => {}
+    }
     let unreadable =
         |error: std::io::Error| Failure::input(format!("{shown}: cannot be read: {error}"));
     let mut reader =
@@ -192,6 +232,8 @@ struct Pairs {
     pairs: Vec<[Picture; 2]>,
     /// Both have 8 bits and no blending took place, so steps are whole.
     whole_steps: bool,
+    /// How far the numbers differ, when both hold floats.
+    data: Option<DataError>,
 }
 
 impl Pairs {
@@ -209,11 +251,18 @@ impl Pairs {
             let color = image.color();
             color.bytes_per_pixel() == color.channel_count()
         };
-        Ok(Pairs { pairs, whole_steps: eight(a) && eight(b) && !transparent })
+        let data = (is_float(a) && is_float(b)).then(|| DataError::between(a, b));
+        Ok(Pairs { pairs, whole_steps: eight(a) && eight(b) && !transparent, data })
     }
 
     /// The worse figure of all backgrounds.
     fn measure(&self, metric: Metric) -> Result<f64, Failure> {
+        match (metric, &self.data) {
+            (Metric::Max, Some(data)) => return Ok(data.max),
+            (Metric::Mae, Some(data)) => return Ok(data.mae),
+            (Metric::Changed, Some(data)) => return Ok(data.n_changed as f64),
+            _ => {}
+        }
         let figures = self.pairs.iter().map(|[a, b]| match metric {
             Metric::Max if self.whole_steps => max_abs(a, b).map(|v| (v * 255.0).round()),
             Metric::Max => max_abs(a, b).map(|v| v * 255.0),
@@ -241,6 +290,44 @@ impl Pairs {
     }
 }
 
+/// How far the floats of two pictures differ, in their own units.
+struct DataError {
+    max: f64,
+    mae: f64,
+    /// Pixels with any difference.
+    n_changed: usize,
+}
+
+impl DataError {
+    /// Compares colour, and alpha where one has it; the sizes are the same.
+    fn between(a: &DynamicImage, b: &DynamicImage) -> DataError {
+        let channels = if a.color().has_alpha() || b.color().has_alpha() { 4 } else { 3 };
+        let (a, b) = (a.to_rgba32f(), b.to_rgba32f());
+        let (mut max, mut sum, mut n_changed) = (0.0f64, 0.0, 0);
+        for (a, b) in a.pixels().zip(b.pixels()) {
+            let distances: [f64; 4] = std::array::from_fn(|i| distance(a[i], b[i]));
+            max = distances.into_iter().fold(max, f64::max);
+            sum += distances.iter().sum::<f64>();
+            n_changed += usize::from(distances != [0.0; 4]);
+        }
+        let n = a.pixels().len() * channels;
+        DataError { max, mae: sum / n as f64, n_changed }
+    }
+}
+
+/// Between two numbers; infinite when just one is NaN.
+fn distance(a: f32, b: f32) -> f64 {
+    if a == b || (a.is_nan() && b.is_nan()) {
+        return 0.0; // also inf and inf, whose difference is NaN
+    }
+    let distance = (f64::from(a) - f64::from(b)).abs();
+    if distance.is_nan() { f64::INFINITY } else { distance }
+}
+
+fn is_float(image: &DynamicImage) -> bool {
+    matches!(image, DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_))
+}
+
 fn has_transparency(image: &DynamicImage) -> bool {
     image.color().has_alpha()
         && match image {
@@ -258,7 +345,8 @@ fn over(image: &DynamicImage, background: f32) -> Result<Picture, MeasureError> 
             let blend = |c: f32, alpha: f32| {
                 if alpha == 1.0 { c } else { c * alpha + background * (1.0 - alpha) }
             };
-            let linear = |p: &image::Rgba<f32>| [0, 1, 2].map(|i| blend(p[i], p[3]));
+            let shown = |c: f32| if c.is_nan() { 0.0 } else { c };
+            let linear = |p: &image::Rgba<f32>| [0, 1, 2].map(|i| shown(blend(p[i], p[3])));
             let pixels: Vec<[f32; 3]> = image.pixels().map(linear).collect();
             Picture::from_linear(width, height, &pixels)
         }
@@ -325,6 +413,44 @@ mod tests {
         for text in ["max", "max=", "max=nan", "size=1", "=1"] {
             assert!(threshold(text).is_err(), "{text}");
         }
+    }
+
+    #[test]
+    fn unknown_metrics_name_the_known_ones() {
+        let message = threshold("foo=1").unwrap_err();
+        assert!(message.contains("max, mae, changed, psnr, ssim, flip"), "{message}");
+    }
+
+    #[test]
+    fn floats_are_compared_as_they_are() {
+        let image = |rgb: [f32; 3]| {
+            DynamicImage::ImageRgb32F(image::Rgb32FImage::from_raw(1, 1, rgb.to_vec()).unwrap())
+        };
+        #[track_caller]
+        fn check(a: DynamicImage, b: DynamicImage, [max, mae, changed]: [f64; 3]) {
+            let pairs = Pairs::new(&args(&[], &[]), &a, &b).unwrap();
+            let found = [Metric::Max, Metric::Mae, Metric::Changed];
+            let found = found.map(|metric| pairs.measure(metric).unwrap());
+            assert_eq!(found, [max, mae, changed]);
+            assert!(!pairs.measure(Metric::Psnr).unwrap().is_nan());
+        }
+        let (inf, nan) = (f32::INFINITY, f32::NAN);
+        check(image([inf, nan, -inf]), image([inf, nan, -inf]), [0.0, 0.0, 0.0]);
+        check(image([2.0, 0.0, 0.0]), image([5.0, 0.0, 0.0]), [3.0, 1.0, 1.0]);
+        check(image([-1.0, 0.0, 0.0]), image([-1.0, 0.0, -3.0]), [3.0, 1.0, 1.0]);
+        for (a, b) in [(inf, 1.0), (nan, 1.0), (inf, -inf), (nan, inf)] {
+            let (a, b) = (image([a, 0.0, 0.0]), image([b, 0.0, 0.0]));
+            check(a, b, [f64::INFINITY, f64::INFINITY, 1.0]);
+        }
+        let rgba = image::Rgba32FImage::from_raw(1, 1, vec![2.0, 0.0, 0.0, 0.0]).unwrap();
+        let rgba = DynamicImage::ImageRgba32F(rgba);
+        check(image([2.0, 0.0, 0.0]), rgba, [1.0, 0.25, 1.0]);
+    }
+
+    #[test]
+    fn small_figures_do_not_look_like_none() {
+        let texts = [0.0, 1e-7, 0.5, 2e12, f64::INFINITY].map(figure_text);
+        assert_eq!(texts, ["0.000000", "1.000000e-7", "0.500000", "2.000000e12", "inf"]);
     }
 
     #[test]

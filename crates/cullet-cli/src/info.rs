@@ -105,10 +105,12 @@ fn needs(scene: &Scene) -> Value {
 }
 
 fn image(image: &cullet::scene::Image) -> Value {
+    // Images that no drawn object needs are not read and have no size.
+    let side = |pixels: u32| (pixels > 0).then_some(pixels);
     json!({
         "name": image.name,
-        "width": image.width,
-        "height": image.height,
+        "width": side(image.width),
+        "height": side(image.height),
         "placeholder": image.placeholder,
     })
 }
@@ -176,8 +178,12 @@ fn text(info: &Value) -> String {
     list(
         "images",
         each("images", |i| {
+            let name = plain(&i["name"]);
+            if i["width"].is_null() {
+                return format!("`{name}` not read");
+            }
             let note = if i["placeholder"] == true { ", unreadable" } else { "" };
-            format!("`{}` {}x{}{note}", plain(&i["name"]), i["width"], i["height"])
+            format!("`{name}` {}x{}{note}", i["width"], i["height"])
         }),
     );
     list("left out", each("left_out", plain));

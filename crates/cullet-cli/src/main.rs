@@ -23,9 +23,9 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-/// Draws glTF and OBJ scenes on the CPU.
+/// Draw glTF and OBJ scenes without a GPU, measure what it takes, and compare the pictures
 #[derive(Parser, Debug)]
-#[command(name = "cullet", version, about, after_help = EXIT_CODES)]
+#[command(name = "cullet", version, after_help = EXIT_CODES)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -43,25 +43,30 @@ enum Command {
 
 const EXIT_CODES: &str = "Exit codes: 0 done, 1 a comparison differs or a threshold failed, \
     2 wrong usage, 3 input unreadable or invalid, 4 the scene requires something unsupported, \
-    5 a limit was reached, 6 output could not be written, 130 and 143 interrupted";
+    5 a limit was reached, 6 output could not be written, 129, 130 and 143 interrupted";
 
 fn main() -> ExitCode {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
-        Err(error) => {
+        Err(error) if error.use_stderr() => {
             let _ = error.print();
             return ExitCode::from(error.exit_code() as u8);
         }
+        Err(help) => return end(output::printed(help.print())),
     };
     signals::listen();
-    let done = match &cli.command {
+    end(match &cli.command {
         Command::Render(args) => render::run(args),
         Command::Cull(args) => cull::run(args),
         Command::Info(args) => info::run(args),
         Command::Diff(args) => diff::run(args),
         Command::Synth(args) => synth::run(args),
         Command::View(args) => view::run(args),
-    };
+    })
+}
+
+/// Says what went wrong, if anything did.
+fn end(done: Result<(), exit::Failure>) -> ExitCode {
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {

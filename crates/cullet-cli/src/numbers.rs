@@ -39,6 +39,12 @@ impl Serialize for Number {
     }
 }
 
+/// The f64 that is written with the few digits that name `value` among f32s: 0.02, where the
+/// exact one would be 0.019999999552965164.
+pub fn from_f32(value: f32) -> f64 {
+    value.to_string().parse().unwrap_or_else(|_| f64::from(value))
+}
+
 /// The f64 nearest to what `text` says, ties to even; `None` when it is not a number.
 pub fn parse(text: &str) -> Option<f64> {
     let text = text.trim();
@@ -174,5 +180,13 @@ mod tests {
         }
         assert_eq!(serde_json::to_string(&Number(f64::NAN)).unwrap(), "\"nan\"");
         assert!(serde_json::from_str::<Number>("[1]").is_err());
+    }
+
+    #[test]
+    fn f32s_keep_their_short_names() {
+        for (value, text) in [(0.02f32, "0.02"), (1.0, "1.0"), (1e-30, "1e-30"), (0.1, "0.1")] {
+            assert_eq!(serde_json::to_string(&from_f32(value)).unwrap(), text);
+            assert_eq!(from_f32(value) as f32, value);
+        }
     }
 }

@@ -42,6 +42,26 @@ impl fmt::Display for Target {
     }
 }
 
+/// Whether `path` exists and is neither a regular file nor a folder.
+pub fn is_device(path: &Path) -> bool {
+    fs::metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir())
+}
+
+/// Refuses outputs that would replace one of the `inputs`, however the path is spelled.
+pub fn spare_inputs(targets: &[Target], inputs: &[&Path]) -> Result<(), Failure> {
+    let inputs: Vec<PathBuf> = inputs.iter().filter_map(|path| path.canonicalize().ok()).collect();
+    let is_input = |target: &&Target| {
+        let Target::File(path) = target else { return false };
+        path.canonicalize().is_ok_and(|path| inputs.contains(&path))
+    };
+    match targets.iter().find(is_input) {
+        Some(target) => {
+            Err(Failure::usage(format!("{target} is an input; give the output another name")))
+        }
+        None => Ok(()),
+    }
+}
+
 /// The outputs of one run, in the order given. Dropped without [`Outputs::commit`], it
 /// leaves no trace of regular files.
 #[derive(Debug)]
@@ -152,8 +172,12 @@ impl Sink {
 
 /// Writes to standard output. Nobody listening is no error: the reader has had enough.
 pub fn print(bytes: &[u8]) -> Result<(), Failure> {
-    let mut stdout = io::stdout().lock();
-    match stdout.write_all(bytes).and_then(|()| stdout.flush()) {
+    printed(io::stdout().lock().write_all(bytes))
+}
+
+/// Ends a write to standard output: `print` for what others wrote.
+pub fn printed(written: io::Result<()>) -> Result<(), Failure> {
+    match written.and_then(|()| io::stdout().flush()) {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
             Err(cannot_write(&Target::Stdout, &error))
         }

@@ -40,17 +40,22 @@ pub struct Source {
 }
 
 impl Source {
-    /// Loads or computes the scene.
-    pub fn load(&self) -> Result<Scene, Failure> {
-        let _progress = Progress::show("loading");
-        let options = LoadOptions {
+    /// The limits as the loader takes them.
+    pub fn options(&self) -> LoadOptions {
+        LoadOptions {
             max_file_bytes: self.max_file_bytes,
             max_image_pixels: self.max_image_pixels,
             max_nodes: self.max_nodes,
             max_triangles: self.max_triangles,
             max_decoded_bytes: self.max_decoded_bytes,
             ..LoadOptions::default()
-        };
+        }
+    }
+
+    /// Loads or computes the scene.
+    pub fn load(&self) -> Result<Scene, Failure> {
+        let _progress = Progress::show("loading");
+        let options = self.options();
         if self.path == Path::new("-") {
             // One byte more than allowed is enough to know that it is too much.
             let mut bytes = Vec::new();

@@ -1,14 +1,14 @@
 //! `cullet synth`: computed scenes as .glb files.
 
 use std::io::{IsTerminal, stdout};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 use cullet::scene::synth::{NAMES, synth};
 use cullet::scene::write_glb;
 
 use crate::exit::Failure;
-use crate::output::{Outputs, Target, print};
+use crate::output::{Outputs, Target, is_device, print};
 
 /// Write a computed scene as a .glb file.
 #[derive(Args, Clone, Debug)]
@@ -53,10 +53,6 @@ fn line(name: &str, about: &str) -> String {
         Some((usage, about)) => format!("{usage:<14}{about}\n"),
         None => format!("{name:<14}{about}\n"),
     }
-}
-
-fn is_device(path: &Path) -> bool {
-    std::fs::metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir())
 }
 
 #[cfg(test)]

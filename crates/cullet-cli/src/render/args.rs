@@ -1,6 +1,6 @@
 //! The options of `cullet render`.
 
-use std::num::{NonZeroU16, NonZeroU32};
+use std::num::NonZeroU32;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
@@ -28,7 +28,8 @@ pub struct RenderArgs {
     /// Size of the picture in pixels [default: that of the camera file, or else 1280x720]
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub size: Option<(u32, u32)>,
-    /// Draw only these pixels of the picture; the origin is at the top left
+    /// Draw only these pixels of the picture; the origin is at the top left. The depth pass as
+    /// integers still takes the time of the whole picture, whose range its greys span
     #[arg(long, value_name = "X,Y,W,H", value_parser = region)]
     pub region: Option<Region>,
     /// How surfaces answer to light
@@ -54,10 +55,13 @@ pub struct RenderArgs {
     /// Kinds of picture; several put their name before the extension (x.png: x.color.png)
     #[arg(long, value_enum, value_delimiter = ',', default_value = "color")]
     pub passes: Vec<PassName>,
-    /// Which object is which number of the id pass, as JSON; `-` for standard output
+    /// Which object is which number of the id pass, as JSON; `-` for standard output. `region` is
+    /// left, top, width and height of what was drawn; the `bounds` of an object (left, top, right,
+    /// bottom, the last two excluded) count from its corner
     #[arg(long, value_name = "FILE.json")]
     pub legend: Option<PathBuf>,
-    /// Bits per sample; 16 for .png and .ppm only (.exr and .f32 always hold 32-bit floats)
+    /// Bits per sample; 16 for .png and .ppm only (.exr and .f32 always hold 32-bit floats). The
+    /// id and triangle passes are 3 x 8 bits either way
     #[arg(long, value_name = "8|16", default_value = "8")]
     #[arg(value_parser = clap::builder::PossibleValuesParser::new(["8", "16"]))]
     pub bits: String,
@@ -87,12 +91,13 @@ pub struct RenderArgs {
     #[arg(long, value_enum, default_value = "snapped")]
     pub raycast_geometry: RaycastGeometry,
     /// Draw the frame this often after one warm-up, to measure [default: once, no warm-up]
-    #[arg(long, value_name = "N")]
-    pub frames: Option<NonZeroU16>,
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub frames: Option<u16>,
     /// Times (ms) and counters as JSON; `-` for standard output
     #[arg(long, value_name = "FILE|-")]
     pub stats: Option<PathBuf>,
-    /// Limit for the pixels drawn
+    /// Limit for the pixels drawn. Each takes about 24 bytes of memory for 8-bit colour, 72 for
+    /// colour as floats, and 4 to 16 more for every further pass
     #[arg(long, value_name = "PIXELS", default_value_t = 1 << 28, help_heading = "Limits")]
     pub max_pixels: u64,
 }

@@ -29,8 +29,7 @@ pub fn choose(
     if let Some(camera) = find(spec, prepared.scene()) {
         return Ok((from_scene(camera)?, viewport(size)?));
     }
-    let path = Path::new(spec);
-    if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("json")) {
+    if let Some(path) = file(spec) {
         let wrong = |problem: String| Failure::input(format!("{spec}: {problem}"));
         let text = fs::read(path).map_err(|error| wrong(format!("cannot be read: {error}")))?;
         let text = String::from_utf8(text).map_err(|_| wrong("is not text".into()))?;
@@ -39,6 +38,12 @@ pub fn choose(
         return Ok((camera, viewport(size.or(file.size().map_err(wrong)?))?));
     }
     Err(Failure::usage(missing(spec, prepared.scene())))
+}
+
+/// The camera file that `spec` can only mean when no camera of the scene has that name.
+pub fn file(spec: &str) -> Option<&Path> {
+    let path = Path::new(spec);
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("json")).then_some(path)
 }
 
 /// The camera of that index or else that name.

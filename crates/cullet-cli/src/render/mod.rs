@@ -20,7 +20,8 @@ use serde_json::{Value, json};
 use crate::camera_file::CameraFile;
 use crate::exit::Failure;
 use crate::message::{Progress, note, warn};
-use crate::output::{Outputs, Target};
+use crate::numbers::from_f32;
+use crate::output::{Outputs, Target, spare_inputs};
 use crate::picture_file::encode;
 use crate::stats::{self, Around, Frames, Report};
 use passes::{Bits, PassName, Picture};
@@ -36,6 +37,9 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     }
     let mut targets: Vec<Target> = pictures.iter().map(|picture| picture.target.clone()).collect();
     targets.extend(args.legend.iter().chain(&args.stats).map(|path| Target::from(path.as_path())));
+    let camera_file = camera::file(&args.camera);
+    let inputs: Vec<_> = camera_file.into_iter().chain([args.source.path.as_path()]).collect();
+    spare_inputs(&targets, &inputs)?;
     let mut outputs = Outputs::open(&targets)?;
 
     let start = Instant::now();
@@ -47,14 +51,16 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let prepare = start.elapsed();
 
     let (camera, viewport) = camera::choose(&args.camera, args.size, &prepared)?;
-    check_sizes(args, &pictures, &prepared, viewport)?;
+    let region = region(args, viewport)?;
+    warnings.extend(check_numbers(&pictures, &prepared)?);
+    check_sizes(args, &pictures, region, viewport)?;
     let view = View::new(&camera, viewport);
     let mut frame = Frame::default();
     let frames = draw(args, &prepared, &view, &settings, &mut frame)?;
     if prepared.bounds().is_empty() {
         warnings.push("there is nothing to draw; the picture shows the background".into());
     } else if frames.median.pixels_shaded == 0 {
-        warnings.push("nothing is in view; the picture shows the background".into());
+        warnings.push(nothing_shown(&frames.median));
     }
 
     let spans = spans(&pictures, &prepared, &view, &settings, &frame);
@@ -66,10 +72,10 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     }
     let encode = start.elapsed();
     if args.legend.is_some() {
-        outputs.write(pictures.len(), &legend_json(&prepared, &frame))?;
+        outputs.write(pictures.len(), &legend_json(&prepared, &frame, region))?;
     }
     if args.stats.is_some() {
-        let settings = settings_json(args, &camera, viewport);
+        let settings = settings_json(args, &camera, viewport, region);
         let around = Around { load, prepare, encode };
         let report = Report::new(&frames, &around, &warnings, &left_out, settings);
         outputs.write(targets.len() - 1, &stats::json(&report))?;
@@ -83,13 +89,8 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Limits that depend on the size of the picture, and a region that must lie in it.
-fn check_sizes(
-    args: &RenderArgs,
-    pictures: &[Picture],
-    prepared: &Prepared,
-    viewport: Viewport,
-) -> Result<(), Failure> {
+/// The part of the picture to draw: all of it, unless an option names one that lies in it.
+fn region(args: &RenderArgs, viewport: Viewport) -> Result<Region, Failure> {
     let (width, height) = (viewport.width(), viewport.height());
     let region = args.region.unwrap_or(Region { x: 0, y: 0, width, height });
     let ends_within =
@@ -100,14 +101,61 @@ fn check_sizes(
             "--region leaves the picture of {width}x{height} pixels"
         )));
     }
-    let n_pixels = u64::from(region.width) * u64::from(region.height);
+    Ok(region)
+}
+
+/// Pictures of numbers need numbers that fit: 24 bits as integers. Warns of rounded floats.
+fn check_numbers(pictures: &[Picture], prepared: &Prepared) -> Result<Option<String>, Failure> {
+    let n_triangles: u64 = prepared.items().iter().map(|item| u64::from(item.n_triangles)).sum();
+    for Picture { pass, bits, target, .. } in pictures.iter().filter(|p| p.pass.is_number()) {
+        let (n, things) = match pass {
+            PassName::Triangle => (n_triangles, "triangles"),
+            _ => (prepared.items().len() as u64, "objects"),
+        };
+        if n < 1 << 24 {
+            continue;
+        }
+        if *bits == Bits::F32 {
+            return Ok(Some(format!(
+                "{target}: the numbers of {n} {things} are rounded above 2^24"
+            )));
+        }
+        let floats = if cfg!(feature = "exr") { ".exr or .f32" } else { ".f32" };
+        return Err(Failure::limit(format!(
+            "{target}: {n} {things} are more than 24 bits can number; write {floats}"
+        )));
+    }
+    Ok(None)
+}
+
+/// Limits that depend on the size of the picture.
+fn check_sizes(
+    args: &RenderArgs,
+    pictures: &[Picture],
+    region: Region,
+    viewport: Viewport,
+) -> Result<(), Failure> {
+    let (n_pixels, remedy) = if pictures.iter().any(spans_depth) {
+        let n_pixels = u64::from(viewport.width()) * u64::from(viewport.height());
+        (n_pixels, "depth as floats (.exr, .f32) draws no more than its --region")
+    } else {
+        (u64::from(region.width) * u64::from(region.height), "--region draws a part")
+    };
     if n_pixels > args.max_pixels {
         let limit = args.max_pixels;
         return Err(Failure::limit(format!(
-            "{n_pixels} pixels exceed the limit of {limit}; --max-pixels raises it, --region draws a part"
+            "{n_pixels} pixels exceed the limit of {limit}; --max-pixels raises it, {remedy}"
         )));
     }
-    for Picture { pass, format, bits, target, .. } in pictures {
+    let n_bytes = n_pixels * bytes_per_pixel(pictures, args.legend.is_some());
+    if !is_to_be_had(n_bytes) {
+        let mebibytes = n_bytes >> 20;
+        return Err(Failure::limit(format!(
+            "{n_pixels} pixels take {mebibytes} MiB of memory, which the system does not give; \
+             make --size smaller, or {remedy}"
+        )));
+    }
+    for Picture { format, target, .. } in pictures {
         let longest = region.width.max(region.height);
         if longest > format.max_side() {
             return Err(Failure::limit(format!(
@@ -115,11 +163,52 @@ fn check_sizes(
                 format.max_side()
             )));
         }
-        if *pass == PassName::Id && *bits != Bits::F32 && prepared.items().len() >= 1 << 24 {
-            return Err(Failure::limit(format!("{target}: more objects than 24 bits can number")));
-        }
     }
     Ok(())
+}
+
+/// Memory that drawing and writing `pictures` takes, with room to spare.
+fn bytes_per_pixel(pictures: &[Picture], legend: bool) -> u64 {
+    let visibility = 8;
+    let legend_ids = if legend { 4 } else { 0 };
+    let passes = pictures.iter().map(|picture| match picture.source() {
+        Pass::Color | Pass::Depth | Pass::Id | Pass::Triangle => 4,
+        Pass::Uv => 8,
+        Pass::Normal | Pass::Position => 12,
+        Pass::Linear | Pass::Albedo => 16,
+    });
+    // One picture at a time: four samples, what the encoder makes of them, and the file.
+    let encoding = pictures.iter().map(|picture| match picture.bits {
+        Bits::U8 => 3 * 4,
+        Bits::U16 => 3 * 8,
+        Bits::F32 => 3 * 16,
+    });
+    visibility + legend_ids + passes.sum::<u64>() + encoding.max().unwrap_or(0)
+}
+
+/// Whether the system would give that much memory at once. Asking first beats being aborted.
+fn is_to_be_had(n_bytes: u64) -> bool {
+    let mut memory = Vec::<u8>::new();
+    let given = usize::try_from(n_bytes).is_ok_and(|n| memory.try_reserve_exact(n).is_ok());
+    std::hint::black_box(&memory); // or the compiler does not ask
+    given
+}
+
+/// Why a picture of a scene with something to draw shows none of it.
+fn nothing_shown(stats: &FrameStats) -> String {
+    let (objects, triangles) = (&stats.objects, &stats.triangles);
+    let n_in_view = triangles.n_drawn + triangles.n_facing_away + triangles.n_zero_area;
+    let why = if objects.n_drawn == 0 || (n_in_view == 0 && triangles.n_outside > 0) {
+        "all objects are outside the view".into()
+    } else if triangles.n_drawn == 0 && triangles.n_facing_away > 0 {
+        let n = triangles.n_facing_away;
+        format!(
+            "all {n} triangles in view face away and are single-sided (look from the other side)"
+        )
+    } else {
+        "nothing that can be seen covers a pixel centre".into()
+    };
+    format!("{why}; the picture shows the background")
 }
 
 /// Draws into `frame` as often as asked.
@@ -140,7 +229,7 @@ fn draw(
     if args.frames.is_some() {
         draw_once(); // to warm up
     }
-    let n = args.frames.map_or(1, |n| n.get());
+    let n = args.frames.unwrap_or(1);
     let frames = (0..n).map(|_| draw_once()).collect();
     Ok(Frames::of(frames).expect("at least one frame is drawn"))
 }
@@ -154,8 +243,7 @@ fn spans(
     settings: &Settings,
     frame: &Frame,
 ) -> Spans {
-    let asks = |picture: &Picture| picture.pass == PassName::Depth && picture.bits != Bits::F32;
-    let depth = if !pictures.iter().any(asks) {
+    let depth = if !pictures.iter().any(spans_depth) {
         None
     } else if settings.region.is_none() {
         finite_range(&frame.depth)
@@ -169,9 +257,14 @@ fn spans(
     Spans { depth, bounds: prepared.bounds() }
 }
 
+/// Whether the greys of a picture span the distances of the whole picture.
+fn spans_depth(picture: &Picture) -> bool {
+    picture.pass == PassName::Depth && picture.bits != Bits::F32
+}
+
 /// Says what the greys of depth pictures mean.
 fn explain_depth(pictures: &[Picture], spans: &Spans) {
-    for picture in pictures.iter().filter(|p| p.pass == PassName::Depth && p.bits != Bits::F32) {
+    for picture in pictures.iter().filter(|picture| spans_depth(picture)) {
         match spans.depth {
             Some((near, far)) => note(format_args!(
                 "{}: black is {near}, white is {far} scene units or nothing",
@@ -182,7 +275,7 @@ fn explain_depth(pictures: &[Picture], spans: &Spans) {
     }
 }
 
-fn legend_json(prepared: &Prepared, frame: &Frame) -> Vec<u8> {
+fn legend_json(prepared: &Prepared, frame: &Frame, region: Region) -> Vec<u8> {
     let objects: Vec<Value> = legend(prepared, frame)
         .into_iter()
         .map(|entry| {
@@ -198,29 +291,38 @@ fn legend_json(prepared: &Prepared, frame: &Frame) -> Vec<u8> {
             })
         })
         .collect();
-    let (width, height) = (frame.width, frame.height);
-    stats::json(&json!({ "schema": 1, "width": width, "height": height, "objects": objects }))
+    stats::json(&json!({
+        "schema": 1,
+        "width": frame.width,
+        "height": frame.height,
+        "region": borders(region),
+        "objects": objects,
+    }))
+}
+
+/// As options and JSON spell a region.
+fn borders(Region { x, y, width, height }: Region) -> [u32; 4] {
+    [x, y, width, height]
 }
 
 /// Every option in effect.
-fn settings_json(args: &RenderArgs, camera: &Camera, viewport: Viewport) -> Value {
+fn settings_json(args: &RenderArgs, camera: &Camera, viewport: Viewport, region: Region) -> Value {
     fn name(value: &impl ValueEnum) -> Option<String> {
         value.to_possible_value().map(|value| value.get_name().to_owned())
     }
     let (width, height) = (viewport.width(), viewport.height());
-    let Region { x, y, width: w, height: h } =
-        args.region.unwrap_or(Region { x: 0, y: 0, width, height });
+    let limits = args.source.options();
     json!({
         "scene": args.source.path.to_string_lossy(),
         "output": args.output.to_string_lossy(),
         "camera": args.camera,
         "camera_file": CameraFile::of(camera, width, height),
         "size": [width, height],
-        "region": [x, y, w, h],
+        "region": borders(region),
         "shading": name(&args.shading),
-        "background": args.background.to_array(),
-        "sun": args.sun.to_array(),
-        "ambient": args.ambient,
+        "background": args.background.to_array().map(from_f32),
+        "sun": args.sun.to_array().map(from_f32),
+        "ambient": from_f32(args.ambient),
         "texture": name(&args.texture),
         "aa": name(&args.aa),
         "passes": args.passes.iter().map(name).collect::<Vec<_>>(),
@@ -231,5 +333,13 @@ fn settings_json(args: &RenderArgs, camera: &Camera, viewport: Viewport) -> Valu
         "renderer": name(&args.renderer),
         "raycast_geometry": name(&args.raycast_geometry),
         "frames": args.frames,
+        "legend": args.legend.as_ref().map(|path| path.to_string_lossy()),
+        "stats": args.stats.as_ref().map(|path| path.to_string_lossy()),
+        "max_pixels": args.max_pixels,
+        "max_file_bytes": limits.max_file_bytes,
+        "max_image_pixels": limits.max_image_pixels,
+        "max_nodes": limits.max_nodes,
+        "max_triangles": limits.max_triangles,
+        "max_decoded_bytes": limits.max_decoded_bytes,
     })
 }

@@ -8,7 +8,7 @@ use cullet::Pass;
 
 use super::args::RenderArgs;
 use crate::exit::Failure;
-use crate::output::Target;
+use crate::output::{Target, is_device};
 use crate::picture_file::Format;
 
 /// A kind of picture on the command line.
@@ -29,6 +29,8 @@ pub enum PassName {
     Position,
     /// Object number + 1, 0 for nothing; integers hold 24 bits, red highest
     Id,
+    /// Triangle number + 1 over all objects in scene order, 0 for nothing; stored like `id`
+    Triangle,
 }
 
 impl PassName {
@@ -42,7 +44,13 @@ impl PassName {
             PassName::Uv => "uv",
             PassName::Position => "position",
             PassName::Id => "id",
+            PassName::Triangle => "triangle",
         }
+    }
+
+    /// Holds numbers of things: 24 bits as integers, which must not be blurred.
+    pub fn is_number(self) -> bool {
+        matches!(self, PassName::Id | PassName::Triangle)
     }
 }
 
@@ -84,6 +92,7 @@ impl Picture {
             PassName::Uv => Pass::Uv,
             PassName::Position => Pass::Position,
             PassName::Id => Pass::Id,
+            PassName::Triangle => Pass::Triangle,
         }
     }
 }
@@ -110,9 +119,11 @@ pub fn plan(args: &RenderArgs) -> Result<Vec<Picture>, Failure> {
             "{out} cannot hold a transparent background; write a .png, .webp or .exr"
         )));
     }
-    if format == Format::Jpeg && args.passes.contains(&PassName::Id) {
-        let out = out.display();
-        return Err(Failure::usage(format!("{out} would blur object numbers; write a .png")));
+    if format == Format::Jpeg
+        && let Some(pass) = args.passes.iter().find(|pass| pass.is_number())
+    {
+        let (out, pass) = (out.display(), pass.name());
+        return Err(Failure::usage(format!("{out} would blur {pass} numbers; write a .png")));
     }
     let alpha = transparent || format.is_float();
     let picture = |pass, target| Picture { pass, target, format, bits, alpha };
@@ -121,6 +132,10 @@ pub fn plan(args: &RenderArgs) -> Result<Vec<Picture>, Failure> {
         _ if Target::from(out.as_path()) == Target::Stdout => {
             Err(Failure::usage("several passes cannot share standard output; name a file for them"))
         }
+        _ if is_device(out) => Err(Failure::usage(format!(
+            "several passes cannot share {}; name a file for them",
+            out.display()
+        ))),
         ref passes => Ok(passes
             .iter()
             .map(|pass| picture(*pass, Target::File(with_pass(out, *pass))))
@@ -133,10 +148,11 @@ fn format(out: &Path) -> Result<Format, Failure> {
     if let Some(format) = Format::of(out) {
         return Ok(format);
     }
-    let is_device =
-        || std::fs::metadata(out).is_ok_and(|found| !found.is_file() && !found.is_dir());
-    if Target::from(out) == Target::Stdout || is_device() {
+    if Target::from(out) == Target::Stdout || is_device(out) {
         return Ok(Format::Png);
+    }
+    if out.is_dir() {
+        return Err(Failure::output(format!("{}: is a folder; name a file", out.display())));
     }
     let exr = if cfg!(feature = "exr") { ".exr, " } else { "" };
     Err(Failure::usage(format!(
@@ -166,7 +182,6 @@ mod tests {
         let named = |out: &str| with_pass(Path::new(out), PassName::Id);
         assert_eq!(named("x.png"), Path::new("x.id.png"));
         assert_eq!(named("a.b/x.y.exr"), Path::new("a.b/x.y.id.exr"));
-        assert_eq!(named("/dev/null"), Path::new("/dev/null.id"));
     }
 
     #[test]

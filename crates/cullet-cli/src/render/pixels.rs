@@ -49,16 +49,8 @@ pub fn pixels(picture: &Picture, frame: &Frame, spans: &Spans) -> Pixels {
         PassName::Uv => data(frame.uv.iter().map(|uv| [uv.x, uv.y, 0.0]), picture.bits, |uv| {
             uv.map(|c| c - c.floor())
         }),
-        PassName::Id if picture.bits == Bits::F32 => {
-            data(frame.id.iter().map(|id| [*id as f32]), picture.bits, |id| id)
-        }
-        PassName::Id => {
-            let bytes = frame.id.iter().flat_map(|id| {
-                let [_, high, middle, low] = id.to_be_bytes();
-                [high, middle, low]
-            });
-            (3, Samples::U8(bytes.collect()))
-        }
+        PassName::Id => numbers(&frame.id, picture.bits),
+        PassName::Triangle => numbers(&frame.triangle, picture.bits),
     };
     Pixels { width: frame.width, height: frame.height, channels, samples }
 }
@@ -95,6 +87,18 @@ fn albedo(frame: &Frame, bits: Bits) -> (usize, Samples) {
 fn encode16(color: Vec4) -> [u16; 4] {
     let [r, g, b] = color.truncate().to_array().map(srgb::encode16);
     [r, g, b, nearest(color.w, 65535.0) as u16]
+}
+
+/// Numbers of things, which integers hold in 24 bits.
+fn numbers(numbers: &[u32], bits: Bits) -> (usize, Samples) {
+    if bits == Bits::F32 {
+        return (1, Samples::F32(numbers.iter().map(|n| *n as f32).collect()));
+    }
+    let bytes = numbers.iter().flat_map(|n| {
+        let [_, high, middle, low] = n.to_be_bytes();
+        [high, middle, low]
+    });
+    (3, Samples::U8(bytes.collect()))
 }
 
 /// Numbers as they are, or mapped to 0..1 and rounded.
@@ -162,7 +166,7 @@ mod tests {
             uv: vec![Vec2::new(1.25, -0.25), Vec2::ZERO],
             position: vec![Vec3::new(1.0, 5.0, 4.0), Vec3::ZERO],
             id: vec![0x010203, 0],
-            ..Frame::default()
+            triangle: vec![0, 0x0a0b0c],
         };
         let bounds = Aabb { min: DVec3::new(-1.0, 5.0, 0.0), max: DVec3::new(1.0, 5.0, 8.0) };
         let spans = Spans { depth: Some((1.0, 3.0)), bounds };
@@ -187,6 +191,7 @@ mod tests {
         check(Position, Bits::U8, false, 3, U8(vec![255, 0, 128, 0, 0, 0]));
         check(Uv, Bits::U8, false, 3, U8(vec![64, 191, 0, 0, 0, 0]));
         check(Id, Bits::U16, false, 3, U8(vec![1, 2, 3, 0, 0, 0]));
+        check(Triangle, Bits::U8, false, 3, U8(vec![0, 0, 0, 10, 11, 12]));
     }
 
     #[test]
@@ -202,6 +207,7 @@ mod tests {
         check(PassName::Position, 3, &[1.0, 5.0, 4.0, 0.0, 0.0, 0.0]);
         check(PassName::Uv, 2, &[1.25, -0.25, 0.0, 0.0]);
         check(PassName::Id, 1, &[66051.0, 0.0]);
+        check(PassName::Triangle, 1, &[0.0, 658188.0]);
     }
 
     #[test]

@@ -58,6 +58,31 @@ fn usage_and_input() {
     folder.fails(2, "size", "diff a.png b.png --metric size");
     folder.fails(2, "heatmap", "diff a.png b.png --heatmap -");
     folder.fails(6, "none", "diff a.png b.png --heatmap none/h.png");
+    folder.fails(2, "is an input", "diff a.png b.png --heatmap ./b.png");
+    folder.fails(2, "changed", "diff a.png b.png --fail-above foo=1");
+    folder.fails(2, "standard input", "diff a.png -");
+    folder.fails(3, "cullet render k.glb", "diff a.png k.glb");
+    folder.fails(3, ".exr", "diff a.f32 a.f32");
+}
+
+#[cfg(feature = "exr")]
+#[test]
+fn data_is_compared_as_it_is() {
+    let folder = Folder::new();
+    let render = "render synth:sphere:8 --size 16x12 --passes depth";
+    let moved =
+        r#"{"eye":[0,0,50],"target":[0,0,0],"up":[0,1,0],"yfov_deg":9,"znear":1,"zfar":null}"#;
+    folder.write("near.json", moved);
+    folder.write("far.json", moved.replace("50", "51"));
+    folder.ok(&format!("{render} -o near.exr --camera near.json"));
+    folder.ok(&format!("{render} -o far.exr --camera far.json"));
+    folder.ok("diff near.exr near.exr --fail-above max=0"); // with inf where nothing is
+    let json = folder.run("diff near.exr far.exr --json --metric max,psnr").stdout;
+    let json: serde_json::Value = serde_json::from_slice(&json).unwrap();
+    assert_eq!(json["equal"], false);
+    // A screen clamps both to white; the data differ by the step back.
+    assert_eq!(json["metrics"]["psnr"], "inf");
+    assert!(json["metrics"]["max"].as_f64().is_some_and(|max| (max - 1.0).abs() < 0.1), "{json}");
 }
 
 #[test]

@@ -30,7 +30,7 @@ fn wrong_usage_is_2() {
     folder.fails(2, "--time", &format!("{SMALL} -o x.png --time 1"));
     folder.fails(2, "direction", &format!("{SMALL} -o x.png --sun 0,0,0"));
     folder.fails(2, "ambient", &format!("{SMALL} -o x.png --ambient -1"));
-    folder.fails(2, "--frames", &format!("{SMALL} -o x.png --frames 0"));
+    folder.fails(2, "1..=65535", &format!("{SMALL} -o x.png --frames 0"));
     folder.fails(2, "--region", &format!("{SMALL} -o x.png --region 10,0,7,2"));
     folder.fails(2, "--bits", &format!("{SMALL} -o x.jpg --bits 16"));
     folder.fails(2, "transparent", &format!("{SMALL} -o x.jpg --background transparent"));
@@ -80,8 +80,42 @@ fn limits_are_5_and_name_the_option() {
     folder.fails(5, "--max-file-bytes", "render one.gltf -o x.png --max-file-bytes 10");
     folder.fails(5, "--max-nodes", "render one.gltf -o x.png --max-nodes 1");
     folder.fails(5, "--max-triangles", "info one.gltf --max-triangles 0");
+    let depth = "render one.gltf -o x.png --size 100x100 --passes depth --region 0,0,2,2";
+    folder.fails(5, "--max-pixels", &format!("{depth} --max-pixels 9999"));
+    folder.ok(&format!("{} --max-pixels 9999", depth.replace("x.png", "x.f32")));
+    std::fs::remove_file(folder.path("x.f32")).unwrap();
     folder.fails(5, "16383", "render one.gltf -o x.webp --size 16384x1");
     assert_eq!(folder.names(), ["one.gltf"]);
+}
+
+#[test]
+fn more_triangles_than_24_bits_is_5() {
+    let folder = Folder::new();
+    let n_bytes = 4096 * 36;
+    let text = TRIANGLE.replacen("[0]", &format!("{:?}", (0..4096).collect::<Vec<_>>()), 1);
+    let text = text.replace(r#"{"mesh":0,"name":"only"}"#, &[r#"{"mesh":0}"#; 4096].join(","));
+    let start = text.find("AAAA").unwrap();
+    let end = start + text[start..].find('"').unwrap();
+    let text = format!("{}{}{}", &text[..start], "A".repeat(n_bytes / 3 * 4), &text[end..]);
+    let text = text.replace(r#""byteLength":36"#, &format!(r#""byteLength":{n_bytes}"#));
+    folder.write("many.gltf", text.replace(r#""count":3"#, &format!(r#""count":{}"#, 3 * 4096)));
+    let line = "render many.gltf --size 8x8 --passes triangle --max-triangles 99999999";
+    folder.fails(5, "16777216 triangles", &format!("{line} -o x.png"));
+    assert_eq!(folder.names(), ["many.gltf"]);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn memory_that_is_not_there_is_5() {
+    let folder = Folder::new();
+    let command = folder.command("render synth:sphere:8 --size 16384x16384 --threads 1 -o x.png");
+    let mut shell = std::process::Command::new("sh");
+    shell.args(["-c", r#"ulimit -v 2000000; exec "$0" "$@""#]).arg(command.get_program());
+    let ran = shell.args(command.get_args()).current_dir(folder.path("")).output().unwrap();
+    let words = String::from_utf8_lossy(&ran.stderr);
+    assert_eq!(ran.status.code(), Some(5), "{words}");
+    assert!(words.contains("6144 MiB"), "{words}");
+    assert!(folder.names().is_empty());
 }
 
 #[test]
@@ -92,6 +126,9 @@ fn outputs_that_cannot_be_written_are_6() {
     permissions.set_readonly(true);
     std::fs::set_permissions(folder.path("locked.png"), permissions).unwrap();
     folder.fails(6, "none/x.png", &format!("{SMALL} -o none/x.png"));
+    std::fs::create_dir(folder.path("d")).unwrap();
+    folder.fails(6, "is a folder", &format!("{SMALL} -o d"));
+    std::fs::remove_dir(folder.path("d")).unwrap();
     folder.fails(6, "none/s.json", &format!("{SMALL} -o x.png --stats none/s.json"));
     folder.fails(6, "read-only", &format!("{SMALL} -o locked.png"));
     // Said before the scene is even looked for.
@@ -100,12 +137,29 @@ fn outputs_that_cannot_be_written_are_6() {
     assert_eq!(folder.read("locked.png"), b"mine");
 }
 
+#[test]
+fn inputs_are_no_outputs() {
+    let folder = Folder::new();
+    folder.write("k.gltf", TRIANGLE);
+    folder.write("cam.json", "{}");
+    for options in
+        ["-o x.png --stats k.gltf", "-o x.png --legend ./k.gltf", "-o x.png --stats ../cam.json"]
+    {
+        let parent = folder.path("").file_name().unwrap().to_string_lossy().into_owned();
+        let options = options.replace("..", &format!("../{parent}"));
+        let line = format!("render k.gltf --camera cam.json {options}");
+        folder.fails(2, "is an input", &line);
+    }
+    assert_eq!(folder.read("k.gltf"), TRIANGLE.as_bytes());
+    assert_eq!(folder.names(), ["cam.json", "k.gltf"]);
+}
+
 #[cfg(unix)]
 #[test]
-fn signals_are_130_and_143_and_leave_nothing() {
+fn signals_have_their_codes_and_leave_nothing() {
     use std::process::{Command, Stdio};
     use std::time::{Duration, Instant};
-    for (signal, code) in [("INT", 130), ("TERM", 143)] {
+    for (signal, code) in [("HUP", 129), ("INT", 130), ("TERM", 143)] {
         let folder = Folder::new();
         let mut run = folder
             .command(

@@ -27,7 +27,13 @@ fn words_go_to_standard_error_only() {
 #[test]
 fn a_closed_reader_is_no_error() {
     let folder = Folder::new();
-    for line in ["render synth:sphere:8 --size 512x512 -o -", "synth box-grid:2", "synth --list"] {
+    for line in [
+        "render synth:sphere:8 --size 512x512 -o -",
+        "synth box-grid:2",
+        "synth --list",
+        "--help",
+        "--version",
+    ] {
         let mut command = folder.command(line);
         let mut run = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
         drop(run.stdout.take());
@@ -45,6 +51,13 @@ fn devices_are_written_directly() {
     folder.ok(&format!("{SMALL} -o /dev/null"));
     folder.ok(&format!("{SMALL} -o x.png --stats /dev/null"));
     folder.fails(6, "/dev/full", &format!("{SMALL} -o /dev/full"));
+    folder.fails(2, "/dev/null", &format!("{SMALL} -o /dev/null --passes color,depth"));
+    for line in ["--help", "--version", "render --help", "synth --list"] {
+        let full = std::fs::File::options().write(true).open("/dev/full").unwrap();
+        let ran = Ran::from(folder.command(line).stdout(full).output().unwrap());
+        assert_eq!(ran.code, Some(6), "{line}: {}", ran.stderr);
+        assert!(ran.stderr.contains("standard output"), "{line}: {}", ran.stderr);
+    }
     let stdout = folder.ok(&format!("{SMALL} -o /dev/stdout")).stdout;
     assert_eq!(stdout, folder.read("x.png"));
     assert_eq!(folder.names(), ["x.png"]);

@@ -1,6 +1,6 @@
 use crate::run::{Folder, TRIANGLE};
 
-const ALL: &str = "color,depth,normal,albedo,uv,position,id";
+const ALL: &str = "color,depth,normal,albedo,uv,position,id,triangle";
 
 #[test]
 fn several_passes_stand_before_the_extension() {
@@ -38,6 +38,7 @@ fn raw_floats_have_the_promised_channels() {
         ("uv", 2),
         ("position", 3),
         ("id", 1),
+        ("triangle", 1),
     ] {
         let length = folder.read(&format!("x.{pass}.f32")).len();
         assert_eq!(length, 16 * 12 * channels * 4, "{pass}");
@@ -51,7 +52,8 @@ fn raw_floats_have_the_promised_channels() {
 fn every_format_can_be_read_back() {
     let folder = Folder::new();
     for format in ["png", "jpg", "webp", "ppm", "exr"] {
-        for pass in ALL.split(',').filter(|pass| (format, *pass) != ("jpg", "id")) {
+        let fits = |pass: &&str| format != "jpg" || !["id", "triangle"].contains(pass);
+        for pass in ALL.split(',').filter(fits) {
             let line = format!("render synth:sphere:8 --size 16x12 -o x.{format} --passes {pass}");
             folder.ok(&line);
             assert_eq!(folder.image(&format!("x.{format}")).width(), 16, "{line}");
@@ -146,6 +148,25 @@ fn the_legend_names_what_the_id_picture_shows() {
     }
     let background = ids.pixels().filter(|p| p.0 == [0; 3]).count() as u64;
     assert_eq!(n_pixels + background, 64 * 48);
+    assert_eq!(legend["region"], serde_json::json!([0, 0, 64, 48]));
+    let part = "render synth:spheres --size 64x48 --camera 0 -o y.png --region 20,10,30,30";
+    folder.ok(&format!("{part} --legend part.json"));
+    let part = folder.json("part.json");
+    assert_eq!(part["region"], serde_json::json!([20, 10, 30, 30]));
+    for object in part["objects"].as_array().unwrap() {
+        let sides = object["bounds"].as_array().unwrap();
+        assert!(sides.iter().all(|side| side.as_u64() <= Some(30)), "{object}");
+    }
+}
+
+#[test]
+fn the_triangle_pass_numbers_triangles() {
+    let folder = Folder::new();
+    folder.write("one.gltf", TRIANGLE);
+    folder.ok("render one.gltf --size 16x12 -o x.png --passes triangle");
+    let picture = folder.image("x.png").to_rgb8();
+    assert!(picture.pixels().any(|pixel| pixel.0 == [0, 0, 1]));
+    assert!(picture.pixels().all(|pixel| pixel.0 == [0, 0, 1] || pixel.0 == [0, 0, 0]));
 }
 
 #[test]
@@ -156,6 +177,41 @@ fn nothing_to_draw_is_a_background_and_a_word() {
     assert!(ran.stderr.contains("nothing to draw"), "{}", ran.stderr);
     assert_eq!(folder.image("x.color.png").to_rgb8()[(3, 3)].0, [39, 48, 63]);
     assert_eq!(folder.image("x.depth.png").to_luma8()[(3, 3)].0, [255]);
+}
+
+#[test]
+fn an_empty_picture_says_why() {
+    let folder = Folder::new();
+    folder.write("one.gltf", TRIANGLE);
+    for (eye, target, why) in [
+        ("[0,0,3]", "[0,0,9]", "outside the view"),
+        ("[0,0,-3]", "[0,0,0]", "all 1 triangles in view face away"),
+        ("[0,0,1e5]", "[0.1,0.3,0]", "covers a pixel centre"),
+    ] {
+        folder.write(
+            "cam.json",
+            format!(
+                r#"{{"eye":{eye},"target":{target},"up":[0,1,0],"yfov_deg":90,"znear":0.1,"zfar":null}}"#
+            ),
+        );
+        for cull in ["none", "p-vertex"] {
+            let line = "render one.gltf --size 16x12 -o x.png --camera cam.json --cull";
+            let ran = folder.ok(&format!("{line} {cull}"));
+            assert!(ran.stderr.contains(why), "{why}: {}", ran.stderr);
+        }
+    }
+}
+
+#[test]
+fn images_that_nothing_needs_are_not_read() {
+    let folder = Folder::new();
+    let image = r#"{"images":[{"name":"spare","uri":"none.png"}],"#;
+    folder.write("spare.gltf", TRIANGLE.replacen('{', image, 1));
+    let info = folder.ok("info spare.gltf --json").stdout;
+    let info: serde_json::Value = serde_json::from_slice(&info).unwrap();
+    assert!(info["images"][0]["width"].is_null(), "{}", info["images"]);
+    let text = String::from_utf8(folder.ok("info spare.gltf").stdout).unwrap();
+    assert!(text.contains("`spare` not read"), "{text}");
 }
 
 #[test]

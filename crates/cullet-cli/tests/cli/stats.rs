@@ -29,7 +29,15 @@ fn every_key_of_the_contract_is_there() {
     assert_eq!(stats["frame"], stats["median_ms"]);
     assert!(stats["min_ms"].as_f64() <= stats["median_ms"].as_f64());
     assert_eq!(stats["settings"]["shading"], "lambert");
-    assert_eq!(stats["settings"]["size"], serde_json::json!([32, 24]));
+    let settings = &stats["settings"];
+    assert_eq!(settings["size"], serde_json::json!([32, 24]));
+    assert_eq!(settings["camera_file"]["width"], serde_json::json!(32));
+    assert_eq!(settings["background"], serde_json::json!([0.02, 0.03, 0.05, 1.0]));
+    assert_eq!(settings["stats"], "s.json");
+    assert!(settings["legend"].is_null() && settings.get("legend").is_some());
+    for limit in ["pixels", "file_bytes", "image_pixels", "nodes", "triangles", "decoded_bytes"] {
+        assert!(settings[format!("max_{limit}")].is_u64(), "{limit}");
+    }
 }
 
 #[test]
