@@ -103,8 +103,8 @@ impl Obvhs {
         Obvhs(build_bvh2(&boxes, BvhBuildParams::medium_build(), &mut time))
     }
 
-    /// Appends the numbers of what is visible. (Items are as far apart as the leaves say: a leaf
-    /// holds up to eight, all taken if the leaf is.)
+    /// Appends the numbers of what is visible. A leaf holds up to eight items, all taken if the
+    /// leaf is, since the tree has no boxes of items: that saves it work, and it returns more.
     pub fn walk(&self, planes: &Planes, stack: &mut Vec<(u32, u8)>, out: &mut Vec<u32>) {
         stack.push((0, 0b11_1111));
         while let Some((index, asked)) = stack.pop() {

@@ -1,7 +1,7 @@
 //! Boxes against frusta: flat loops, our tree, and walks over the trees of others.
 //!
 //! `cull [N...]`: the numbers of boxes, 1000 100000 1000000 by default; 8000000 wants 4 GB.
-//! Every figure is the least of interleaved rounds, in ns per box of the world and view;
+//! Every time is the least of interleaved rounds, for one view, its planes made ready included;
 //! `ratio` columns are medians of per-round ratios to our tree, above 1 where ours is faster.
 
 use std::hint::black_box;
@@ -61,7 +61,6 @@ fn measure(world: World, n: usize, table: &mut Table) {
         // Enough decisions in a round that no branch predictor learns them.
         let n_views = (1_000_000 / n).clamp(4, 200);
         let views = sees.views(&boxes, n_views);
-        let planes: Vec<_> = views.iter().map(Planes::new).collect();
         let mut bits = vec![0; wide.n_groups()];
         let (mut bools, mut more_bools) = (vec![false; n], vec![false; n]);
         let [mut ours, mut sorted, mut theirs, mut others] =
@@ -96,28 +95,28 @@ fn measure(world: World, n: usize, table: &mut Table) {
                 }
             },
             &mut || {
-                for planes in &planes {
-                    flat.visible(planes, &mut bools);
+                for view in &views {
+                    flat.visible(&Planes::new(view), &mut bools);
                     black_box(&mut bools);
                 }
             },
             &mut || {
-                for planes in &planes {
-                    sphere.visible(planes, &mut more_bools);
+                for view in &views {
+                    sphere.visible(&Planes::new(view), &mut more_bools);
                     black_box(&mut more_bools);
                 }
             },
             &mut || {
-                for planes in &planes {
+                for view in &views {
                     theirs.clear();
-                    obvhs.walk(planes, &mut stack, &mut theirs);
+                    obvhs.walk(&Planes::new(view), &mut stack, &mut theirs);
                     black_box(&mut theirs);
                 }
             },
             &mut || {
-                for planes in &planes {
+                for view in &views {
                     others.clear();
-                    bvh.walk(planes, &mut other_stack, &mut others);
+                    bvh.walk(&Planes::new(view), &mut other_stack, &mut others);
                     black_box(&mut others);
                 }
             },

@@ -10,7 +10,7 @@ use cullet_transform::{ClipPoint, Kind, PlaneMask, View, Window};
 use glam::{DMat4, DVec3, Vec3};
 
 use crate::settings::SUBPIXEL_BITS;
-use crate::shading::{Visible, VisibleTriangle};
+use crate::shading::{Emit, Visible, VisibleTriangle};
 use crate::{Item, Prepared, Region, Settings};
 
 /// Triangles in view space under a tree of boxes.
@@ -109,11 +109,7 @@ impl<'a> Raycaster<'a> {
 }
 
 impl Visible for Raycaster<'_> {
-    fn scan<'a>(
-        &'a self,
-        region: Region,
-        emit: &mut dyn FnMut(u32, u32, &VisibleTriangle<'a>, &[Fragment]),
-    ) {
+    fn scan<'a>(&'a self, region: Region, emit: &mut Emit<'_, 'a>) {
         for y in region.y..region.y + region.height {
             for x in region.x..region.x + region.width {
                 if let Some(hit) = self.cast(x, y) {

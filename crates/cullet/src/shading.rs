@@ -54,16 +54,15 @@ impl<'a> VisibleTriangle<'a> {
     }
 }
 
-/// Runs of pixels of one row that show one triangle: `emit(x, y, triangle, fragments)`, with the
-/// first pixel of the run. Coordinates are those of the whole picture. Pixels never emitted show
-/// the background.
+/// Takes a run of pixels of one row that show one triangle: the coordinates of its first pixel, the
+/// triangle, a fragment per pixel.
+pub(crate) type Emit<'e, 'a> = dyn FnMut(u32, u32, &VisibleTriangle<'a>, &[Fragment]) + 'e;
+
+/// Something that knows what pixels show. Coordinates are those of the whole picture; pixels never
+/// emitted show the background.
 pub(crate) trait Visible: Sync {
     /// Finds what the pixels of `region` show, row by row.
-    fn scan<'a>(
-        &'a self,
-        region: Region,
-        emit: &mut dyn FnMut(u32, u32, &VisibleTriangle<'a>, &[Fragment]),
-    );
+    fn scan<'a>(&'a self, region: Region, emit: &mut Emit<'_, 'a>);
 }
 
 /// What shading did.

@@ -1,11 +1,11 @@
 //! What the rasterizer found, read back: from triangle ids to fragments.
 
-use cullet_raster::{Fragment, Interpolator, NO_TRIANGLE};
+use cullet_raster::{Interpolator, NO_TRIANGLE};
 use cullet_transform::{ClipPoint, PlaneMask, View};
 use glam::DMat4;
 
 use crate::settings::SUBPIXEL_BITS;
-use crate::shading::{Visible, VisibleTriangle};
+use crate::shading::{Emit, Visible, VisibleTriangle};
 use crate::{Prepared, Region};
 
 /// The visibility buffer of a region, read back as fragments.
@@ -18,11 +18,7 @@ pub(crate) struct VisibilityBuffer<'a> {
 }
 
 impl Visible for VisibilityBuffer<'_> {
-    fn scan<'a>(
-        &'a self,
-        region: Region,
-        emit: &mut dyn FnMut(u32, u32, &VisibleTriangle<'a>, &[Fragment]),
-    ) {
+    fn scan<'a>(&'a self, region: Region, emit: &mut Emit<'_, 'a>) {
         let mut corners = Corners::new(self.prepared, self.view, self.planes);
         let mut fragments = Vec::new();
         for y in region.y..region.y + region.height {

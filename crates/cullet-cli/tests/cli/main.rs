@@ -1,5 +1,6 @@
 //! The command from outside: what it writes, says and exits with.
 
+mod cull;
 mod diff;
 mod exit_codes;
 mod outputs;

@@ -28,8 +28,8 @@ fn planes_cutting_stored(bounds: &Box32, planes: &Planes8) -> Option<PlaneMask> 
                 (far[axis], near[axis]) = (near[axis], far[axis]);
             }
         }
-        let outside = !(distance(plane.normal, far, plane.outer) >= 0.0); // true for NaN
-        if outside {
+        let may_reach = distance(plane.normal, far, plane.outer) >= 0.0; // false for NaN
+        if !may_reach {
             return None;
         }
         let inside = distance(plane.normal, near, plane.inner) >= 0.0;
