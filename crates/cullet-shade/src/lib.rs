@@ -7,7 +7,7 @@
 //! - [`texture`]: an image and its smaller copies; [`sampler`]: its colour at a place.
 //! - [`needs`]: which data a material asks for; [`kernel`]: one function for each answer.
 //! - [`surface`]: normals, positions and texture coordinates, for kernels and passes.
-//! - [`reference`]: the plain f64 twin by which the rest is judged.
+//! - [`mod@reference`]: the plain f64 twin by which the rest is judged.
 //!
 //! Same input, same bytes, on every machine: arithmetic is `+ - * /`, square root and
 //! compare-and-select in a written order; transcendental functions come from `libm`.

@@ -329,6 +329,8 @@ fn settings_json(args: &RenderArgs, camera: &Camera, viewport: Viewport, region:
         "bits": args.bits.parse::<u32>().ok(),
         "png_compression": name(&args.png_compression),
         "cull": name(&args.cull),
+        "hierarchy": name(&args.hierarchy),
+        "simd": name(&args.simd),
         "threads": args.threads,
         "renderer": name(&args.renderer),
         "raycast_geometry": name(&args.raycast_geometry),

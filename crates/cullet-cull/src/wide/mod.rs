@@ -4,7 +4,7 @@
 //! group in a handful of vector instructions. Which instructions is the caller's choice, a
 //! [`Level`], found once per process; every level gives the same bits, because the arithmetic
 //! is nothing but additions, multiplications and comparisons in a fixed order, none of them
-//! fused. [`reference`] is the same arithmetic one box at a time, to read and to judge by.
+//! fused. [`mod@reference`] is the same arithmetic one box at a time, to read and to judge by.
 //!
 //! # Why f32 can be trusted
 //!
