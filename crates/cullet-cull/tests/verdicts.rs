@@ -5,7 +5,7 @@
 
 mod truth;
 
-use cullet_cull::{Aabb, DepthRange, Frustum, Sat, Test, Visibility, visible};
+use cullet_cull::{Aabb, DepthRange, Frustum, FrustumError, Sat, Test, Visibility, visible};
 use cullet_transform::{Camera, Kind, Projection, Window};
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3, DVec4};
 use truth::{Planes, tan_of_half_degrees};
@@ -208,8 +208,16 @@ fn case(rng: &mut Rng, kind: K) -> Case {
         | K::MatrixTiny
         | K::MatrixHuge => {
             let (matrix, depth) = matrix(rng, kind, eye, &axes, &window);
-            let frustum = Frustum::from_matrix(&matrix, depth).expect("a frustum");
-            (frustum, Planes::of_matrix(&matrix, depth), true)
+            let truth = Planes::of_matrix(&matrix, depth);
+            match Frustum::from_matrix(&matrix, depth) {
+                Ok(frustum) => (frustum, truth, true),
+                // An oblique near plane may cut everything away.
+                Err(error) => {
+                    assert_eq!((kind, error), (K::Oblique, FrustumError::Empty));
+                    assert!(!truth.visible(&Aabb::INFINITE));
+                    return case(rng, kind);
+                }
+            }
         }
         _ => {
             let frustum = Frustum::from_window(eye, &axes, &window);
