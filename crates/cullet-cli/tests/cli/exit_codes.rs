@@ -159,7 +159,8 @@ fn inputs_are_no_outputs() {
 fn signals_have_their_codes_and_leave_nothing() {
     use std::process::{Command, Stdio};
     use std::time::{Duration, Instant};
-    for (signal, code) in [("HUP", 129), ("INT", 130), ("TERM", 143)] {
+    // Not HUP: a test run under nohup hands it on ignored, and so it stays.
+    for (signal, code) in [("INT", 130), ("TERM", 143)] {
         let folder = Folder::new();
         let mut run = folder
             .command(
