@@ -155,28 +155,86 @@ fn inputs_are_no_outputs() {
 }
 
 #[cfg(unix)]
-#[test]
-fn signals_have_their_codes_and_leave_nothing() {
-    use std::process::{Command, Stdio};
+mod signals {
+    use std::process::{Child, Command, ExitStatus, Stdio};
+    use std::thread::sleep;
     use std::time::{Duration, Instant};
-    // Not HUP: a test run under nohup hands it on ignored, and so it stays.
-    for (signal, code) in [("INT", 130), ("TERM", 143)] {
-        let folder = Folder::new();
-        let mut run = folder
-            .command(
-                "render synth:sphere:8 --size 2048x2048 --frames 60000 -o x.png --stats s.json",
-            )
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap();
+
+    use crate::run::Folder;
+
+    const LONG: Duration = Duration::from_secs(60);
+
+    /// Rendering frames without end, its unfinished outputs in the folder.
+    fn busy(folder: &Folder, mut command: Command) -> Child {
+        let run = command.stderr(Stdio::null()).spawn().unwrap();
         let begun = Instant::now();
-        while folder.names().len() < 2 && begun.elapsed() < Duration::from_secs(30) {
-            std::thread::sleep(Duration::from_millis(5));
+        while folder.names().len() < 2 && begun.elapsed() < LONG {
+            sleep(Duration::from_millis(5));
         }
         assert_eq!(folder.names(), [".s.json.cullet-tmp", ".x.png.cullet-tmp"]);
+        run
+    }
+
+    fn send(signal: &str, run: &Child) {
         let kill = Command::new("kill").args(["-s", signal, &run.id().to_string()]).status();
         assert!(kill.unwrap().success());
-        assert_eq!(run.wait().unwrap().code(), Some(code));
+    }
+
+    /// How `run` ended, if it did within `patience`.
+    fn end(run: &mut Child, patience: Duration) -> Option<ExitStatus> {
+        let begun = Instant::now();
+        loop {
+            let status = run.try_wait().unwrap();
+            if status.is_some() || begun.elapsed() > patience {
+                return status;
+            }
+            sleep(Duration::from_millis(5));
+        }
+    }
+
+    fn ends_with(code: i32, run: &mut Child, folder: &Folder) {
+        let status = end(run, LONG);
+        if status.is_none() {
+            run.kill().unwrap();
+        }
+        assert_eq!(status.expect("the run goes on").code(), Some(code));
         assert!(folder.names().is_empty());
     }
+
+    const FRAMES: &str =
+        "render synth:sphere:8 --size 2048x2048 --frames 60000 -o x.png --stats s.json";
+
+    #[test]
+    fn they_have_their_codes_and_leave_nothing() {
+        // A test run under nohup hands HUP on ignored; the test below holds what then happens.
+        let hang_up = (!super::hang_up_is_ignored()).then_some(("HUP", 129));
+        for (signal, code) in [("INT", 130), ("TERM", 143)].into_iter().chain(hang_up) {
+            let folder = Folder::new();
+            let mut run = busy(&folder, folder.command(FRAMES));
+            send(signal, &run);
+            ends_with(code, &mut run, &folder);
+        }
+    }
+
+    #[test]
+    fn hang_up_stays_ignored_under_nohup() {
+        let folder = Folder::new();
+        let plain = folder.command(FRAMES);
+        let mut shell = Command::new("sh");
+        shell.args(["-c", r#"trap "" HUP; exec "$0" "$@""#]).arg(plain.get_program());
+        shell.args(plain.get_args()).current_dir(plain.get_current_dir().unwrap());
+        let mut run = busy(&folder, shell);
+        send("HUP", &run);
+        assert_eq!(end(&mut run, Duration::from_millis(300)), None);
+        send("TERM", &run);
+        ends_with(143, &mut run, &folder);
+    }
+}
+
+/// Whether this test run was told to ignore SIGHUP, which its children then inherit.
+#[cfg(unix)]
+fn hang_up_is_ignored() -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    mask.is_some_and(|mask| u64::from_str_radix(mask.trim(), 16).unwrap() & 1 == 1)
 }
