@@ -102,6 +102,8 @@ struct Triangles {
 
 #[derive(Debug, Serialize)]
 struct CulledTriangles {
+    /// Of objects that were culled whole.
+    with_object: u64,
     not_finite: u64,
     outside: u64,
     zero_area: u64,
@@ -144,8 +146,9 @@ impl<'a> Report<'a> {
                 drawn: objects.n_drawn,
             },
             triangles: Triangles {
-                r#in: triangles.n_in,
+                r#in: triangles.n_in + stats.n_triangles_of_culled_objects,
                 culled: CulledTriangles {
+                    with_object: stats.n_triangles_of_culled_objects,
                     not_finite: triangles.n_not_finite,
                     outside: triangles.n_outside,
                     zero_area: triangles.n_zero_area,
