@@ -15,7 +15,6 @@ pub fn corners_visible(bounds: &Aabb, frustum: &Frustum) -> bool {
         return verdict;
     }
     let corners = bounds.relative_to(frustum.origin).corners();
-    let behind =
-        |plane| corners.iter().all(|&p| frustum.farthest(plane, &Aabb { min: p, max: p }) < 0.0);
+    let behind = |plane| corners.iter().all(|&p| frustum.excludes(plane, &Aabb { min: p, max: p }));
     !(0..6).any(behind)
 }

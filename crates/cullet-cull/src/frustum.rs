@@ -184,6 +184,19 @@ impl Frustum {
         self.halfspace(index).nearest(bounds)
     }
 
+    /// Whether plane `index` excludes `bounds`: `farthest(index, bounds) < 0.0`, but quicker.
+    #[inline]
+    pub fn excludes(&self, index: usize, bounds: &Aabb) -> bool {
+        self.halfspace(index).excludes(bounds)
+    }
+
+    /// Whether `bounds` lies wholly inside plane `index`: `nearest(index, bounds) >= 0.0`, but
+    /// quicker.
+    #[inline]
+    pub fn holds(&self, index: usize, bounds: &Aabb) -> bool {
+        self.halfspace(index).holds(bounds)
+    }
+
     /// How far each coefficient of plane `index` may be off, without sign: the slack times the
     /// size of its terms.
     pub(crate) fn uncertainty(&self, index: usize) -> Plane {

@@ -26,6 +26,38 @@ pub(crate) const EVALUATION: f64 = 4.0 * f64::EPSILON;
 const UNDERFLOW: f64 = 4.0 * f64::from_bits(1);
 
 impl Halfspace {
+    /// Whether no point of `bounds` lies inside: `farthest(bounds) < 0.0`, mostly found in
+    /// a quarter of the time.
+    #[inline]
+    pub fn excludes(&self, bounds: &Aabb) -> bool {
+        let normal = self.plane.normal;
+        let farthest = DVec3::select(normal.cmpge(DVec3::ZERO), bounds.max, bounds.min);
+        let (distance, doubt) = (self.distance(farthest), self.doubt(bounds));
+        // False for NaN, and for what is infinite.
+        if distance.abs() > doubt { distance < 0.0 } else { self.farthest(bounds) < 0.0 }
+    }
+
+    /// Whether all of `bounds` lies inside: `nearest(bounds) >= 0.0`, likewise. False for NaN.
+    #[inline]
+    pub fn holds(&self, bounds: &Aabb) -> bool {
+        let normal = self.plane.normal;
+        let nearest = DVec3::select(normal.cmpge(DVec3::ZERO), bounds.min, bounds.max);
+        let (distance, doubt) = (self.distance(nearest), self.doubt(bounds));
+        if distance.abs() > doubt { distance > 0.0 } else { self.nearest(bounds) >= 0.0 }
+    }
+
+    /// Of `point`, as if the coefficients were right.
+    fn distance(&self, point: DVec3) -> f64 {
+        self.plane.normal.dot(point) + self.plane.offset
+    }
+
+    /// How far [`Halfspace::distance`] may be off anywhere in `bounds`. It has fewer roundings
+    /// than are counted in the error, which pays for those of this sum.
+    fn doubt(&self, bounds: &Aabb) -> f64 {
+        let reach = bounds.min.abs().max(bounds.max.abs());
+        self.error.normal.dot(reach) + (self.error.offset + UNDERFLOW)
+    }
+
     /// No point of `bounds` lies farther inside than this: below zero excludes the box.
     pub fn farthest(&self, bounds: &Aabb) -> f64 {
         let end = |x: DVec3| times(self.plane.normal + self.error.normal * x.signum(), x);
@@ -55,5 +87,42 @@ impl From<Plane> for Halfspace {
         let error =
             Plane { normal: plane.normal.abs() * relative, offset: plane.offset.abs() * relative };
         Halfspace { plane, error }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// Ordinary numbers, and the odd zero, infinity, tiny and huge one.
+    fn coordinate() -> impl Strategy<Value = f64> {
+        const ODD: [f64; 8] =
+            [0.0, -0.0, 1.0, -1.0, f64::INFINITY, f64::NEG_INFINITY, 5e-324, 1e300];
+        prop_oneof![4 => -4.0..4.0, 1 => proptest::sample::select(&ODD[..])]
+    }
+
+    fn vector() -> impl Strategy<Value = DVec3> {
+        [coordinate(), coordinate(), coordinate()].prop_map(DVec3::from_array)
+    }
+
+    proptest! {
+        #[test]
+        fn the_quick_way_says_what_the_careful_one_says(
+            normal in [-1.0..1.0, -1.0..1.0, -1.0..1.0], a in vector(), b in vector(),
+            touching: bool, zeros in 0_u8..8,
+        ) {
+            let normal = DVec3::from_array(core::array::from_fn(|i| {
+                if zeros >> i & 1 == 0 { normal[i] } else { 0.0 }
+            }));
+            let bounds = Aabb { min: a.min(b), max: a.max(b) };
+            // Through a corner, where every rounding counts, or anywhere.
+            let through = if touching && a.is_finite() { a } else { DVec3::splat(0.5) };
+            let plane = Plane { normal, offset: -normal.dot(through) };
+            let halfspace = Halfspace::from(plane);
+            prop_assert_eq!(halfspace.excludes(&bounds), halfspace.farthest(&bounds) < 0.0);
+            prop_assert_eq!(halfspace.holds(&bounds), halfspace.nearest(&bounds) >= 0.0);
+        }
     }
 }

@@ -77,8 +77,8 @@ pub use corners::corners_visible;
 pub use cullet_transform::PlaneMask;
 pub use frustum::Frustum;
 pub use hierarchy::{
-    Cone, Counts, Fault, Hierarchy, Join, MAX_FRUSTA, MAX_LEVELS, Overlap, Quality, WalkStats,
-    overlap_box, overlap_cone, overlap_sphere,
+    Cone, Counts, Fault, Hierarchy, Join, MAX_FRUSTA, MAX_LEVELS, NodeBox, Overlap, Quality,
+    WalkStats, overlap_box, overlap_cone, overlap_sphere,
 };
 pub use ladder::{Count, CullStats, InOut, Ladder, Test, Visibility, classify, visible};
 pub use lights::{ClusterLights, Clusters, LightRange, light_visible, slice_depths};

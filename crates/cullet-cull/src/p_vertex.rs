@@ -56,11 +56,10 @@ fn cutting(
     let bounds = bounds.relative_to(frustum.origin);
     let mut cutting = PlaneMask::NONE;
     for i in planes {
-        if frustum.farthest(i, &bounds) < 0.0 {
+        if frustum.excludes(i, &bounds) {
             return Err(i);
         }
-        let wholly_inside = frustum.nearest(i, &bounds) >= 0.0; // false for NaN
-        if !wholly_inside {
+        if !frustum.holds(i, &bounds) {
             cutting.insert(i);
         }
     }

@@ -72,7 +72,7 @@ impl Sat {
         }
         let bounds = bounds.relative_to(self.frustum.origin);
         if !bounds.overlaps(&self.frustum.bounds())
-            || self.halfspaces.iter().any(|halfspace| halfspace.farthest(&bounds) < 0.0)
+            || self.halfspaces.iter().any(|halfspace| halfspace.excludes(&bounds))
         {
             return false;
         }

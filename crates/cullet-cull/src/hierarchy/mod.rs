@@ -17,6 +17,7 @@ mod build;
 mod check;
 mod edit;
 mod many;
+mod nodes;
 mod rays;
 mod shapes;
 mod stats;
@@ -32,6 +33,7 @@ use walk::{AnyOrder, NearToFar, Occluded};
 pub use build::Join;
 pub use check::{Fault, Quality};
 pub use many::MAX_FRUSTA;
+pub use nodes::NodeBox;
 pub use shapes::{Cone, Overlap, overlap_box, overlap_cone, overlap_sphere};
 pub use stats::{Counts, MAX_LEVELS, WalkStats};
 
