@@ -81,7 +81,8 @@ pub struct Material {
     pub alpha: AlphaMode,
     /// Draw back faces too, with flipped normals.
     pub double_sided: bool,
-    /// Colour without light, whatever the shading.
+    /// Meant to be shown without light (`KHR_materials_unlit`). `lambert` lights it like any other:
+    /// there the kind of a material only says where its base colour comes from.
     pub unlit: bool,
 }
 

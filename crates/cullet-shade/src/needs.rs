@@ -8,7 +8,7 @@ use cullet_scene::{AlphaMode, Material, Mesh};
 /// How surfaces answer light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Shading {
-    /// Base colour times `A + (1 - A) max(0, N.L)`.
+    /// Base colour times `A + (1 - A) max(0, N.L)`, for every kind of material.
     #[default]
     Lambert,
     /// The base colour alone.
@@ -48,7 +48,7 @@ impl Needs {
         if mesh.colors.is_some() {
             needs = needs.with(Needs::VERTEX_COLOR);
         }
-        if shading == Shading::Lambert && !material.unlit {
+        if shading == Shading::Lambert {
             needs = needs.with(Needs::LIT);
             if mesh.normals.is_some() {
                 needs = needs.with(Needs::SMOOTH_NORMAL);
@@ -86,12 +86,13 @@ mod tests {
     }
 
     #[test]
-    fn unlit_needs_no_normals_even_when_there() {
+    fn unlit_shading_needs_no_normals_even_when_there() {
         let mesh = Mesh { normals: Some(vec![Vec3::Y]), ..Mesh::default() };
         let lit = Needs::of(&mesh, &Material::default(), Shading::Lambert);
         assert_eq!(lit, Needs::LIT.with(Needs::SMOOTH_NORMAL));
+        // Under lambert a material's kind only says where the base colour comes from.
         let unlit = Material { unlit: true, ..Material::default() };
-        assert_eq!(Needs::of(&mesh, &unlit, Shading::Lambert), Needs::NONE);
+        assert_eq!(Needs::of(&mesh, &unlit, Shading::Lambert), lit);
         assert_eq!(Needs::of(&mesh, &Material::default(), Shading::Unlit), Needs::NONE);
     }
 

@@ -25,7 +25,7 @@ pub fn shade(
     fragment: &Fragment,
 ) -> DVec4 {
     let color = base_color(surface, corners, filter, fragment).truncate();
-    if shading == Shading::Unlit || surface.material.unlit {
+    if shading == Shading::Unlit {
         return color.extend(1.0);
     }
     let normal = world_normal(surface, corners, front, fragment);
