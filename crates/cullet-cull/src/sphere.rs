@@ -33,7 +33,13 @@ impl Sphere {
         }
         let center = bounds.center();
         let reach = (bounds.max - center).max(center - bounds.min);
-        let radius = libm::hypot(libm::hypot(reach.x, reach.y), reach.z);
+        let squared = reach.length_squared();
+        let in_range = (1e-200..1e200).contains(&squared);
+        let radius = if in_range {
+            libm::sqrt(squared)
+        } else {
+            libm::hypot(libm::hypot(reach.x, reach.y), reach.z)
+        };
         if !radius.is_finite() {
             return Sphere::INFINITE;
         }
