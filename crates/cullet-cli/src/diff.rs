@@ -20,7 +20,7 @@ use cullet_measure::{
 use image::{DynamicImage, ImageError, ImageReader, Limits};
 use serde_json::{Map, Value, json};
 
-use crate::exit::{Exit, Failure};
+use crate::exit::Failure;
 use crate::numbers::{self, Number};
 use crate::output::{Outputs, Target, print, spare_inputs};
 use crate::picture_file::{Format, Pixels, PngCompression, Samples, encode};
@@ -89,7 +89,7 @@ pub fn run(args: &DiffArgs) -> Result<(), Failure> {
             print(&stats::json(&report(args, sizes, false, Map::new(), &[])))?;
         }
         let (a, b) = (args.a.display(), args.b.display());
-        return Err(differs(format!("sizes differ: {a} is {aw}x{ah}, {b} is {bw}x{bh}")));
+        return Err(Failure::differs(format!("sizes differ: {a} is {aw}x{ah}, {b} is {bw}x{bh}")));
     }
     let pairs = Pairs::new(args, &a, &b)?;
     let mut asked = args.metrics.clone();
@@ -121,8 +121,8 @@ pub fn run(args: &DiffArgs) -> Result<(), Failure> {
     }
     match (failures.is_empty(), args.has_thresholds() || equal) {
         (true, true) => Ok(()),
-        (true, false) => Err(differs("the pictures differ".into())),
-        (false, _) => Err(differs(failures.join("; "))),
+        (true, false) => Err(Failure::differs("the pictures differ")),
+        (false, _) => Err(Failure::differs(failures.join("; "))),
     }
 }
 
@@ -142,10 +142,6 @@ impl Metric {
 fn figure_text(value: f64) -> String {
     let plain = value == 0.0 || !value.is_finite() || (1e-3..1e9).contains(&value.abs());
     if plain { format!("{value:.6}") } else { format!("{value:.6e}") }
-}
-
-fn differs(message: String) -> Failure {
-    Failure { exit: Exit::Differs, message }
 }
 
 fn threshold(text: &str) -> Result<(Metric, f64), String> {

@@ -39,6 +39,11 @@ pub struct Failure {
 }
 
 impl Failure {
+    /// A comparison differs, or a threshold failed.
+    pub fn differs(message: impl fmt::Display) -> Failure {
+        Failure { exit: Exit::Differs, message: message.to_string() }
+    }
+
     /// Wrong usage.
     pub fn usage(message: impl fmt::Display) -> Failure {
         Failure { exit: Exit::Usage, message: message.to_string() }

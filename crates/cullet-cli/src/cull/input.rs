@@ -1,14 +1,16 @@
-//! Boxes and the frustum they are tested against.
+//! Boxes, and the frusta they are tested against.
 
 use std::fs;
 use std::path::Path;
 
-use cullet::Prepared;
 use cullet::cull::{Aabb, DepthRange, Frustum};
+use cullet::{Camera, Prepared, Viewport};
 use glam::{DMat4, DVec3, DVec4};
 use serde::Deserialize;
+use serde_json::Value;
 
 use super::CullArgs;
+use super::path::{CameraPath, dolly, orbit};
 use crate::camera_file::CameraFile;
 use crate::exit::Failure;
 use crate::message::warn;
@@ -18,25 +20,54 @@ use crate::render::camera;
 /// Aspect ratio of a camera file that names neither a size nor a ratio: that of 1280x720.
 const DEFAULT_ASPECT: f64 = 1280.0 / 720.0;
 
-/// The boxes in input order, world space, and the frustum.
-pub fn read(args: &CullArgs) -> Result<(Vec<Aabb>, Frustum), Failure> {
+/// What is measured.
+pub struct Input {
+    /// In input order, world space.
+    pub boxes: Vec<Aabb>,
+    /// At least one.
+    pub shots: Vec<Shot>,
+    /// The scene that the boxes are of, if they are of one.
+    pub prepared: Option<Prepared>,
+}
+
+/// One frustum.
+pub struct Shot {
+    /// World space.
+    pub frustum: Frustum,
+    /// What it was made from, unless that was a matrix.
+    pub camera: Option<Camera>,
+    /// The picture it would make, where there is something to draw.
+    pub viewport: Option<Viewport>,
+}
+
+/// Everything that `args` name.
+pub fn read(args: &CullArgs) -> Result<Input, Failure> {
     match (&args.source, &args.boxes) {
         (Some(source), _) => {
             let scene = source.load()?;
             warn(&scene.warnings);
             let prepared = Prepared::new(scene).map_err(Failure::limit)?;
-            let boxes = prepared.items().iter().map(|item| item.bounds).collect();
-            Ok((boxes, frustum(args, Some(&prepared))?))
+            let boxes: Vec<Aabb> = prepared.items().iter().map(|item| item.bounds).collect();
+            let shots = shots(args, &boxes, Some(&prepared))?;
+            Ok(Input { boxes, shots, prepared: Some(prepared) })
         }
-        (None, Some(path)) => Ok((boxes(path, args.f64)?, frustum(args, None)?)),
+        (None, Some(path)) => {
+            let boxes = self::boxes(path, args.f64)?;
+            let shots = shots(args, &boxes, None)?;
+            Ok(Input { boxes, shots, prepared: None })
+        }
         (None, None) => Err(Failure::usage("name a scene, or boxes with --boxes")),
     }
 }
 
 fn text(path: &Path) -> Result<String, Failure> {
-    let wrong = |problem: &str| Failure::input(format!("{}: {problem}", path.display()));
-    let bytes = fs::read(path).map_err(|error| wrong(&format!("cannot be read: {error}")))?;
-    String::from_utf8(bytes).map_err(|_| wrong("is not text"))
+    let bytes = fs::read(path).map_err(|error| wrong(path, format!("cannot be read: {error}")))?;
+    let text = String::from_utf8(bytes).map_err(|_| wrong(path, "is not text"))?;
+    Ok(text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text))
+}
+
+fn wrong(path: &Path, problem: impl std::fmt::Display) -> Failure {
+    Failure::input(format!("{}: {problem}", path.display()))
 }
 
 #[derive(Deserialize)]
@@ -47,12 +78,11 @@ struct BoxLine {
 
 fn boxes(path: &Path, keep_f64: bool) -> Result<Vec<Aabb>, Failure> {
     let text = text(path)?;
-    let lines = text.trim_start_matches('\u{feff}').lines().enumerate();
+    let lines = text.lines().enumerate();
     let lines = lines.filter(|(_, line)| !line.trim().is_empty());
     let read = |(i, line): (usize, &str)| {
-        let BoxLine { min, max } = serde_json::from_str(line).map_err(|error| {
-            Failure::input(format!("{}: line {}: {error}", path.display(), i + 1))
-        })?;
+        let BoxLine { min, max } = serde_json::from_str(line)
+            .map_err(|error| wrong(path, format!("line {}: {error}", i + 1)))?;
         let corner = |numbers: [Number; 3]| {
             let value = |Number(n)| if keep_f64 { n } else { f64::from(n as f32) };
             DVec3::from_array(numbers.map(value))
@@ -60,6 +90,104 @@ fn boxes(path: &Path, keep_f64: bool) -> Result<Vec<Aabb>, Failure> {
         Ok(Aabb { min: corner(min), max: corner(max) })
     };
     lines.map(read).collect()
+}
+
+/// The frusta: of a matrix, of the one camera, or of those of the path.
+fn shots(
+    args: &CullArgs,
+    boxes: &[Aabb],
+    prepared: Option<&Prepared>,
+) -> Result<Vec<Shot>, Failure> {
+    if let Some(path) = &args.clip_from_world {
+        return Ok(vec![Shot { frustum: matrix(path)?, camera: None, viewport: None }]);
+    }
+    if let Some(CameraPath::File(path)) = &args.path {
+        return cameras(path)?
+            .iter()
+            .enumerate()
+            .map(|(i, file)| {
+                let wrong = |problem| wrong(path, format!("camera {i}: {problem}"));
+                let camera = file.camera().map_err(wrong)?;
+                let size = args.size.or(file.size().map_err(wrong)?);
+                let aspect = match args.size {
+                    Some(_) => None,
+                    None => file.aspect().map_err(wrong)?,
+                };
+                shot(camera, size, aspect, prepared.is_some())
+            })
+            .collect();
+    }
+    let (camera, size, aspect) = base(args, prepared)?;
+    let bounds = || {
+        let finite = boxes.iter().filter(|b| b.min.is_finite() && b.max.is_finite());
+        finite.fold(Aabb::EMPTY, |all, bounds| all.union(bounds))
+    };
+    let cameras = match args.path {
+        Some(CameraPath::Orbit { n, distance }) => orbit(&camera, &bounds(), n, distance),
+        Some(CameraPath::Dolly { n }) => dolly(&camera, &bounds(), n),
+        _ => vec![camera],
+    };
+    if cameras.is_empty() {
+        return Err(Failure::usage("this path has no possible camera: stay nearer to the origin"));
+    }
+    cameras.into_iter().map(|camera| shot(camera, size, aspect, prepared.is_some())).collect()
+}
+
+/// A camera with the size or else the aspect ratio of its picture; `draws` when there will be one.
+fn shot(
+    camera: Camera,
+    size: Option<(u32, u32)>,
+    aspect: Option<f64>,
+    draws: bool,
+) -> Result<Shot, Failure> {
+    let (width, height) = size.unwrap_or(camera::DEFAULT_SIZE);
+    let viewport = Viewport::new(width, height)?;
+    // What is drawn and what is culled must be one view.
+    let aspect = match aspect {
+        Some(aspect) if size.is_none() && !draws => aspect,
+        None if size.is_none() && !draws => DEFAULT_ASPECT,
+        _ => viewport.aspect(),
+    };
+    let frustum = Frustum::from_camera(&camera, aspect);
+    Ok(Shot { frustum, camera: Some(camera), viewport: draws.then_some(viewport) })
+}
+
+type Base = (Camera, Option<(u32, u32)>, Option<f64>);
+
+/// The camera that `--camera` means, and the size or ratio of its picture.
+fn base(args: &CullArgs, prepared: Option<&Prepared>) -> Result<Base, Failure> {
+    if let Some(prepared) = prepared {
+        let (camera, viewport) = camera::choose(&args.camera, args.size, prepared)?;
+        return Ok((camera, Some((viewport.width(), viewport.height())), None));
+    }
+    if args.camera == "auto" {
+        return Err(Failure::usage("boxes come without a camera: give --camera FILE.json"));
+    }
+    let path = Path::new(&args.camera);
+    let wrong = |problem| wrong(path, problem);
+    let file = CameraFile::parse(&text(path)?).map_err(wrong)?;
+    let aspect = file.aspect().map_err(wrong)?;
+    Ok((file.camera().map_err(wrong)?, args.size, aspect))
+}
+
+/// A list of cameras, or an object that has one under `cameras`.
+fn cameras(path: &Path) -> Result<Vec<CameraFile>, Failure> {
+    let mut value: Value =
+        serde_json::from_str(&text(path)?).map_err(|error| wrong(path, error))?;
+    if value.get("cameras").is_some() {
+        value = value["cameras"].take();
+    }
+    let Value::Array(cameras) = value else {
+        return Err(wrong(path, "holds no list of cameras"));
+    };
+    if cameras.is_empty() {
+        return Err(wrong(path, "the list of cameras is empty"));
+    }
+    let parse = |(i, camera): (usize, &Value)| {
+        CameraFile::parse(&camera.to_string())
+            .map_err(|problem| wrong(path, format!("camera {i}: {problem}")))
+    };
+    cameras.iter().enumerate().map(parse).collect()
 }
 
 #[derive(Deserialize)]
@@ -76,32 +204,15 @@ enum Depth {
     Reversed,
 }
 
-fn frustum(args: &CullArgs, prepared: Option<&Prepared>) -> Result<Frustum, Failure> {
-    if let Some(path) = &args.clip_from_world {
-        let wrong = |problem: String| Failure::input(format!("{}: {problem}", path.display()));
-        let text = text(path)?;
-        let file: MatrixFile =
-            serde_json::from_str(&text).map_err(|error| wrong(error.to_string()))?;
-        let [x, y, z, w] = file.rows.map(|row| DVec4::from_array(row.map(|Number(n)| n)));
-        let depth = match file.depth {
-            Depth::ZeroToOne => DepthRange::ZeroToOne,
-            Depth::MinusOneToOne => DepthRange::MinusOneToOne,
-            Depth::Reversed => DepthRange::Reversed,
-        };
-        let clip_from_world = DMat4::from_cols(x, y, z, w).transpose();
-        return Frustum::from_matrix(&clip_from_world, depth)
-            .map_err(|error| wrong(error.to_string()));
-    }
-    if let Some(prepared) = prepared {
-        let (camera, viewport) = camera::choose(&args.camera, None, prepared)?;
-        return Ok(Frustum::from_camera(&camera, viewport.aspect()));
-    }
-    let path = Path::new(&args.camera);
-    if args.camera == "auto" {
-        return Err(Failure::usage("boxes come without a camera: give --camera FILE.json"));
-    }
-    let wrong = |problem: String| Failure::input(format!("{}: {problem}", path.display()));
-    let file = CameraFile::parse(&text(path)?).map_err(wrong)?;
-    let aspect = file.aspect().map_err(wrong)?.unwrap_or(DEFAULT_ASPECT);
-    Ok(Frustum::from_camera(&file.camera().map_err(wrong)?, aspect))
+fn matrix(path: &Path) -> Result<Frustum, Failure> {
+    let text = text(path)?;
+    let file: MatrixFile = serde_json::from_str(&text).map_err(|error| wrong(path, error))?;
+    let [x, y, z, w] = file.rows.map(|row| DVec4::from_array(row.map(|Number(n)| n)));
+    let depth = match file.depth {
+        Depth::ZeroToOne => DepthRange::ZeroToOne,
+        Depth::MinusOneToOne => DepthRange::MinusOneToOne,
+        Depth::Reversed => DepthRange::Reversed,
+    };
+    let clip_from_world = DMat4::from_cols(x, y, z, w).transpose();
+    Frustum::from_matrix(&clip_from_world, depth).map_err(|error| wrong(path, error))
 }

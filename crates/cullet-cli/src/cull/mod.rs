@@ -1,32 +1,46 @@
-//! `cullet cull`: what each culling test rejects, leaves over and costs.
+//! `cullet cull`: what each culling test rejects, leaves over, costs and saves.
 
+mod compare;
+mod downstream;
+mod expr;
+mod html;
 mod input;
 mod measure;
+mod path;
 mod report;
+mod sweep;
+mod tables;
+mod verdicts;
+mod waste;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
-use cullet::cull::{Aabb, Frustum, Sat, Test, Visibility, visible};
+use cullet::Level;
+use cullet::cull::distributions::Distribution;
+use serde_json::Value;
 
 use crate::exit::Failure;
-use crate::output::{Outputs, Target, print};
-use crate::render::SimdName;
+use crate::message::{Progress, note};
+use crate::output::{Outputs, Target, print, spare_inputs};
+use crate::render::{SimdName, camera, size};
 use crate::source::Source;
-use measure::Measured;
+use downstream::{Drawn, Mode, draw};
+use expr::Reports;
+use input::{Input, Shot};
+use measure::{Boxes, Figures, Rounds};
+use path::CameraPath;
+use verdicts::Verdict;
+use waste::Waste;
 
-/// Measure what each culling test rejects, leaves over and costs
+/// Measure what each culling test rejects, leaves over, costs and saves
 #[derive(Args, Clone, Debug)]
 pub struct CullArgs {
     #[command(flatten)]
     source: Option<Source>,
     /// Test these boxes instead of a scene: one {"min":[x,y,z],"max":[x,y,z]} per line
-    #[arg(
-        long,
-        value_name = "FILE.jsonl",
-        conflicts_with = "path",
-        required_unless_present = "path"
-    )]
+    #[arg(long, value_name = "FILE.jsonl", conflicts_with = "path")]
+    #[arg(required_unless_present_any = ["path", "distributions"])]
     boxes: Option<PathBuf>,
     /// Keep the boxes of the file in f64; without it they are read as f32
     #[arg(long, requires = "boxes")]
@@ -37,76 +51,223 @@ pub struct CullArgs {
     camera: String,
     /// Test against this matrix instead of a camera: {"rows":[[4],[4],[4],[4]],
     /// "depth":"zero-to-one"|"minus-one-to-one"|"reversed"}
-    #[arg(long, value_name = "FILE.json", conflicts_with = "camera")]
+    #[arg(long, value_name = "FILE.json", conflicts_with_all = ["camera", "camera_path"])]
     clip_from_world: Option<PathBuf>,
-    /// Timed rounds, in which the tests take turns; one more comes first to warm up
+    /// Many cameras: `orbit:N[:DISTANCE]` turns --camera around the vertical line through the
+    /// middle of everything (DISTANCE times as far from it, default 1); `dolly[:N]` moves it
+    /// straight on through everything (N: 32); a file holds a list of cameras
+    #[arg(id = "camera_path", long = "path", value_name = "orbit:N|dolly|FILE.json")]
+    path: Option<CameraPath>,
+    /// Size of the picture, which decides how wide the view is; default: the camera file's, or
+    /// 1280x720
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    size: Option<(u32, u32)>,
+    /// Timed rounds per camera, in which the tests take turns; one more comes first to warm up
     #[arg(long, value_name = "N", default_value_t = 5)]
     #[arg(value_parser = clap::value_parser!(u32).range(1..=100_000))]
     repeat: u32,
-    /// Instruction set of the walk over the tree; one that the machine lacks is an error
+    /// Rounds with cold caches, at the first camera
+    #[arg(long, value_name = "N", default_value_t = 3)]
+    #[arg(value_parser = clap::value_parser!(u32).range(0..=100_000))]
+    cold: u32,
+    /// Frames the renderer draws per way of culling, to tell what culling saves (scenes only);
+    /// 0 draws none. Default: 3, or 1 with --path
+    #[arg(long, value_name = "N")]
+    #[arg(value_parser = clap::value_parser!(u32).range(0..=1000))]
+    frames: Option<u32>,
+    /// Instruction set of the wide tests; one that the machine lacks is an error
     #[arg(long, value_enum, default_value = "auto")]
     simd: SimdName,
+    /// Instead of a scene ask the tests about N frusta of each of nine generated kinds of boxes
+    /// (seeded, the same everywhere): props to skies, screen tiles, light clusters, a city
+    #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "400")]
+    #[arg(conflicts_with_all = ["path", "boxes", "camera", "camera_path", "clip_from_world"])]
+    #[arg(conflicts_with = "verdicts")]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    distributions: Option<u32>,
     /// One line per box, in input order: what each test says of it
     #[arg(long, value_name = "OUT.jsonl")]
     verdicts: Option<PathBuf>,
     /// The figures as JSON; `-` for standard output
     #[arg(long, value_name = "FILE|-")]
     json: Option<PathBuf>,
-    /// The figures of the tests as CSV; `-` for standard output
+    /// The figures of the tests, per camera, as CSV; `-` for standard output
     #[arg(long, value_name = "FILE|-")]
     csv: Option<PathBuf>,
+    /// All of it with charts and pictures, as one page that needs nothing else
+    #[arg(long, value_name = "FILE|-")]
+    html: Option<PathBuf>,
+    /// Show what changed since an earlier --json report
+    #[arg(long, value_name = "OLD.json")]
+    compare: Option<PathBuf>,
+    /// Exit with 1 if this holds, e.g. `tests.both.false_visible > 0` or, with --compare,
+    /// `hierarchy.walk_ms > 1.2 * old.hierarchy.walk_ms`: figures are named as in the JSON; numbers,
+    /// + - * / ( ) < <= > >= == != && ||. May be given more than once
+    #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
+    fail_if: Vec<String>,
+}
+
+/// One camera's results.
+pub struct Shown {
+    /// What the tests did.
+    pub figures: Figures,
+    /// The frame without culling and the one with `render`'s defaults; none without a scene.
+    pub drawn: Vec<Drawn>,
+}
+
+/// Everything measured.
+pub struct Measured {
+    /// What was asked about.
+    pub input: Input,
+    /// Per camera.
+    pub shown: Vec<Shown>,
+    /// All cameras added up.
+    pub sum: Figures,
+    /// Which camera the rest is about: the only one, or the one of the slowest frame or walk.
+    pub focus: usize,
+    /// Its verdicts on every box.
+    pub verdicts: Vec<Verdict>,
+    /// Its frame, with every way to cull.
+    pub downstream: Vec<Drawn>,
+    /// Time to build the tree, ms.
+    pub build_ms: f64,
+    /// Nodes of the tree.
+    pub n_nodes: usize,
+    /// Instruction set of the wide tests.
+    pub simd: &'static str,
 }
 
 /// Reads, measures, writes.
 pub fn run(args: &CullArgs) -> Result<(), Failure> {
     let level = args.simd.level()?;
-    let wanted = [&args.verdicts, &args.json, &args.csv].map(|path| path.as_deref());
+    let wanted = [&args.verdicts, &args.json, &args.csv, &args.html].map(|path| path.as_deref());
     let targets: Vec<Target> = wanted.into_iter().flatten().map(Target::from).collect();
+    spare_inputs(&targets, &inputs(args))?;
     let mut outputs = Outputs::open(&targets)?;
+    let old = args.compare.as_deref().map(compare::read).transpose()?;
 
-    let (boxes, frustum) = input::read(args)?;
-    let measured = Measured::take(&boxes, &frustum, level, args.repeat);
-    let mut index = 0;
-    let mut write = |wanted: Option<&Path>, bytes: &dyn Fn() -> Vec<u8>| match wanted {
-        Some(_) => {
-            index += 1;
-            outputs.write(index - 1, &bytes())
-        }
-        None => Ok(()),
+    // The page always shows where the tests differ; 60 frusta of a kind are enough for a chart.
+    let n_samples = args.distributions.or(args.html.is_some().then_some(60));
+    let wastes: Vec<Waste> = n_samples.map(distributions).unwrap_or_default();
+    let measured = match (&args.source, &args.boxes) {
+        (None, None) => None,
+        _ => Some(measure(args, level, input::read(args)?)?),
     };
-    write(wanted[0], &|| verdicts(&boxes, &frustum))?;
-    write(wanted[1], &|| report::json(args, &measured))?;
-    write(wanted[2], &|| report::csv(&measured).into_bytes())?;
-    outputs.commit()?;
-    if wanted[1].is_none() && wanted[2].is_none() {
-        print(report::table(&measured).as_bytes())?;
+    let asked = if args.distributions.is_some() { &wastes[..] } else { &[] };
+    let new = report::json(args, measured.as_ref(), asked);
+    let mut tables = measured.as_ref().map(tables::all).unwrap_or_default();
+    if args.distributions.is_some() {
+        tables += &tables::distributions(asked);
     }
-    Ok(())
+    if let Some(old) = &old {
+        tables += &compare::table(&new, old);
+    }
+
+    let mut write = |path: &Option<PathBuf>, bytes: &dyn Fn() -> Vec<u8>| {
+        let Some(path) = path else { return Ok(()) };
+        let target = Target::from(path.as_path());
+        let index = targets.iter().position(|known| *known == target).unwrap_or(0);
+        outputs.write(index, &bytes())
+    };
+    let measured = measured.as_ref();
+    write(&args.verdicts, &|| measured.map(|m| lines(m, args.path.is_some())).unwrap_or_default())?;
+    write(&args.json, &|| crate::stats::json(&new))?;
+    write(&args.csv, &|| tables::csv(measured, asked).into_bytes())?;
+    write(&args.html, &|| html::page(args, measured, &wastes).into_bytes())?;
+    let verdict = judge(args, &new, old.as_ref());
+    outputs.commit()?;
+    if !targets.contains(&Target::Stdout) && args.json.is_none() && args.csv.is_none() {
+        print(tables.as_bytes())?;
+    }
+    verdict
 }
 
-/// What every test says of every box, a line of JSON each.
-fn verdicts(boxes: &[Aabb], frustum: &Frustum) -> Vec<u8> {
-    let sat = Sat::new(frustum);
+fn inputs(args: &CullArgs) -> Vec<&std::path::Path> {
+    let file = match &args.path {
+        Some(CameraPath::File(path)) => Some(path),
+        _ => None,
+    };
+    let named = [&args.boxes, &args.clip_from_world, &args.compare];
+    let named = named.into_iter().flatten().chain(file).map(PathBuf::as_path);
+    let scene = args.source.as_ref().map(|source| source.path.as_path());
+    named.chain(camera::file(&args.camera)).chain(scene).collect()
+}
+
+fn distributions(n_samples: u32) -> Vec<Waste> {
+    let _progress = Progress::show("asking about generated boxes");
+    let seed = 1;
+    Distribution::ALL.map(|kind| Waste::measure(kind, n_samples as usize, seed)).to_vec()
+}
+
+fn measure(args: &CullArgs, level: Level, input: Input) -> Result<Measured, Failure> {
+    let Input { boxes, shots, prepared } = &input;
+    let all = Boxes::new(boxes, level);
+    let frames = args.frames.unwrap_or(if shots.len() > 1 { 1 } else { 3 });
+    let picture = |shot: &Shot, modes: &[Mode]| match (prepared, &shot.camera, shot.viewport) {
+        (Some(prepared), Some(camera), Some(viewport)) if frames > 0 => {
+            draw(prepared, camera, viewport, modes, frames)
+        }
+        _ => Vec::new(),
+    };
+    let mut shown = Vec::new();
+    let mut sum = Figures::default();
+    for (i, shot) in shots.iter().enumerate() {
+        let _progress = Progress::show(&format!("camera {} of {}", i + 1, shots.len()));
+        let cold = if i == 0 { args.cold } else { 0 };
+        let verdicts = all.verdicts(&shot.frustum);
+        let figures = all.measure(&shot.frustum, &verdicts, Rounds { warm: args.repeat, cold });
+        sum += &figures;
+        let drawn =
+            if shots.len() > 1 { picture(shot, &[Mode::NONE, Mode::DEFAULT]) } else { Vec::new() };
+        shown.push(Shown { figures, drawn });
+    }
+    let slowest = sweep::metrics(&shown);
+    let slowest = slowest.iter().rev().find(|m| matches!(m.name, "frame_ms" | "walk_ms"));
+    let focus = slowest.map_or(0, sweep::Metric::worst);
+    let _progress = Progress::show("drawing with every test");
+    Ok(Measured {
+        verdicts: all.verdicts(&shots[focus].frustum),
+        downstream: picture(&shots[focus], &Mode::ALL),
+        shown,
+        sum,
+        focus,
+        build_ms: all.build_ms,
+        n_nodes: all.quality.n_nodes,
+        simd: measure::level_name(level),
+        input,
+    })
+}
+
+/// The lines of `--verdicts`, camera by camera.
+fn lines(measured: &Measured, numbered: bool) -> Vec<u8> {
     let mut text = String::new();
-    for (i, bounds) in boxes.iter().enumerate() {
-        let says = |test| visible(test, frustum, bounds);
-        let class = match sat.classify(bounds) {
-            _ if bounds.is_nan() => "invalid",
-            Visibility::Outside => "outside",
-            Visibility::Crossing => "crossing",
-            Visibility::Inside => "inside",
-        };
-        let line = serde_json::json!({
-            "i": i,
-            "corners": says(Test::Corners),
-            "p_vertex": says(Test::PVertex),
-            "reverse": says(Test::Reverse),
-            "both": says(Test::Both),
-            "sat": sat.visible(bounds),
-            "class": class,
-        });
-        text += &line.to_string();
-        text.push('\n');
+    for (camera, shot) in measured.input.shots.iter().enumerate() {
+        let sat = cullet::cull::Sat::new(&shot.frustum);
+        for (i, bounds) in measured.input.boxes.iter().enumerate() {
+            let verdict = Verdict::on(bounds, &shot.frustum, &sat);
+            text += &verdict.line(i, numbered.then_some(camera));
+        }
     }
     text.into_bytes()
+}
+
+/// Fails if a condition of `--fail-if` holds.
+fn judge(args: &CullArgs, new: &Value, old: Option<&Value>) -> Result<(), Failure> {
+    let mut failed = Vec::new();
+    for condition in &args.fail_if {
+        let holds = expr::holds(condition, Reports { new, old })
+            .map_err(|fault| Failure::usage(format!("--fail-if `{condition}`: {fault}")))?;
+        if holds {
+            note(format_args!("--fail-if `{condition}` holds"));
+            failed.push(condition.as_str());
+        }
+    }
+    match failed[..] {
+        [] => Ok(()),
+        _ => Err(Failure::differs(format!(
+            "{} of {} conditions hold",
+            failed.len(),
+            args.fail_if.len()
+        ))),
+    }
 }

@@ -1,135 +1,234 @@
-//! The figures as JSON, CSV and a table.
+//! The figures as JSON, under the schema of the command line.
 
-use cullet::cull::Counts;
+use std::path::PathBuf;
+
+use cullet::cull::{Counts, Test};
 use cullet::transform::Plane;
-use cullet_measure::{Align, Table};
 use serde_json::{Map, Value, json};
 
-use super::CullArgs;
-use super::measure::{Measured, TestFigures};
+use super::downstream::{Drawn, Mode, ms};
+use super::measure::{Figures, LevelFigures, SizeFigures, Timing};
+use super::path::CameraPath;
+use super::sweep::{Metric, metrics};
+use super::verdicts::{Fate, TESTS};
+use super::waste::Waste;
+use super::{CullArgs, Measured};
 
-/// Everything, under the schema of the command line.
-pub fn json(args: &CullArgs, measured: &Measured) -> Vec<u8> {
-    let n = measured.n_boxes as u64;
-    let tests: Map<String, Value> = measured
-        .tests
-        .iter()
-        .map(|figures| {
-            let value = json!({
-                "in": figures.n_in,
-                "out": n - figures.n_in,
-                "ns_per_box": figures.ns_per_box,
-                "spread": figures.spread,
-                "false_visible": figures.n_false_visible,
-            });
-            (figures.test.name().to_owned(), value)
-        })
-        .collect();
-    let planes: Vec<Value> = Plane::ALL
-        .iter()
-        .map(|plane| json!({"plane": plane.name(), "out": measured.planes[plane.index()]}))
-        .collect();
-    let tree = &measured.tree;
-    let levels = tree.stats.levels.iter().enumerate().filter(|(_, counts)| counts.tested > 0);
-    let levels: Vec<Value> = levels.map(|(i, counts)| level(i, counts)).collect();
-    let path = |path: &Option<std::path::PathBuf>| path.as_ref().map(|p| p.display().to_string());
-    let value = json!({
-        "schema": 1,
+/// Changes whenever a key changes its meaning or goes.
+pub const SCHEMA: u64 = 1;
+
+/// Everything.
+pub fn json(args: &CullArgs, measured: Option<&Measured>, wastes: &[Waste]) -> Value {
+    let mut value = json!({
+        "schema": SCHEMA,
         "version": env!("CARGO_PKG_VERSION"),
-        "settings": {
-            "scene": args.source.as_ref().map(|source| source.path.display().to_string()),
-            "boxes": path(&args.boxes),
-            "f64": args.f64,
-            "camera": if args.clip_from_world.is_some() { Value::Null } else { json!(args.camera) },
-            "clip_from_world": path(&args.clip_from_world),
-            "repeat": args.repeat,
-        },
-        "boxes": n,
-        "invalid": measured.n_invalid,
-        "empty": measured.n_empty,
+        "settings": settings(args),
         "threads": 1,
-        "simd": measured.simd,
-        "tests": tests,
-        "hierarchy": {
-            "test": "both",
-            "build_ms": tree.build_ms,
-            "walk_ms": tree.walk_ms,
-            "in": tree.n_in,
-            "out": n - tree.n_in,
-            "nodes": tree.quality.n_nodes,
-            "nodes_tested": tree.stats.nodes().tested,
-            "items_tested": tree.stats.items.tested,
-        },
-        "planes": planes,
-        "levels": levels,
     });
-    let mut bytes = serde_json::to_vec_pretty(&value).unwrap_or_default();
-    bytes.push(b'\n');
-    bytes
+    if let Some(measured) = measured {
+        value["boxes"] = measured.input.boxes.len().into();
+        value["n_cameras"] = measured.shown.len().into();
+        value["simd"] = measured.simd.into();
+        merge(&mut value, figures(&measured.sum));
+        value["hierarchy"]["build_ms"] = measured.build_ms.into();
+        value["hierarchy"]["nodes"] = measured.n_nodes.into();
+        value["sizes"] = measured.sum.sizes.iter().map(|(i, size)| self::size(*i, size)).collect();
+        value["invalid"] = count(&measured.sum, Fate::Invalid).into();
+        value["empty"] = count(&measured.sum, Fate::Empty).into();
+        if !measured.downstream.is_empty() {
+            value["downstream"] = measured.downstream.iter().map(drawn).collect();
+        }
+        if args.path.is_some() {
+            let metrics = metrics(&measured.shown);
+            let metric = |metric: &Metric| (metric.name.to_owned(), self::metric(metric));
+            value["path"] = json!({
+                "n": measured.shown.len(),
+                "focus": measured.focus,
+                "metrics": metrics.iter().map(metric).collect::<Map<_, _>>(),
+            });
+            value["cameras"] = cameras(measured);
+        }
+    }
+    if !wastes.is_empty() {
+        value["distributions"] = wastes.iter().map(waste).collect();
+    }
+    value
 }
 
-fn level(index: usize, counts: &Counts) -> Value {
+fn settings(args: &CullArgs) -> Value {
+    let file = |path: &Option<PathBuf>| path.as_ref().map(|path| path.display().to_string());
+    let camera = (args.clip_from_world.is_none()).then_some(&args.camera);
     json!({
-        "level": index,
-        "tested": counts.tested,
-        "out": counts.outside,
-        "in": counts.inside,
-        "crossing": counts.straddling,
+        "scene": args.source.as_ref().map(|source| source.path.display().to_string()),
+        "boxes": file(&args.boxes),
+        "f64": args.f64,
+        "camera": camera,
+        "clip_from_world": file(&args.clip_from_world),
+        "path": args.path.as_ref().map(path_name),
+        "size": args.size.map(|(width, height)| [width, height]),
+        "repeat": args.repeat,
+        "cold": args.cold,
     })
 }
 
-/// One row per test.
-pub fn csv(measured: &Measured) -> String {
-    tests(measured).to_csv()
-}
-
-/// What people read on a terminal.
-pub fn table(measured: &Measured) -> String {
-    let tree = &measured.tree;
-    let planes = Plane::ALL
-        .iter()
-        .map(|plane| format!("{} {}", plane.name(), measured.planes[plane.index()]));
-    let planes: Vec<String> = planes.collect();
-    format!(
-        "{} boxes, {} empty, {} invalid; one thread\n\n{}\n\
-         rejected by plane: {}\n\
-         tree ({}): built in {:.3} ms; a walk takes {:.4} ms, tests {} nodes and {} items, keeps {}\n",
-        measured.n_boxes,
-        measured.n_empty,
-        measured.n_invalid,
-        tests(measured),
-        planes.join(", "),
-        measured.simd,
-        tree.build_ms,
-        tree.walk_ms,
-        tree.stats.nodes().tested,
-        tree.stats.items.tested,
-        tree.n_in,
-    )
-}
-
-fn tests(measured: &Measured) -> Table {
-    let mut table = Table::new(&[
-        ("test", Align::Left),
-        ("in", Align::Right),
-        ("out", Align::Right),
-        ("false visible", Align::Right),
-        ("waste %", Align::Right),
-        ("ns per box", Align::Right),
-        ("spread %", Align::Right),
-    ]);
-    for figures in &measured.tests {
-        let TestFigures { test, n_in, n_false_visible, ns_per_box, spread } = figures;
-        table.push([
-            test.name().to_owned(),
-            n_in.to_string(),
-            (measured.n_boxes as u64 - n_in).to_string(),
-            n_false_visible.to_string(),
-            // Of what the test keeps.
-            format!("{:.2}", 100.0 * *n_false_visible as f64 / (*n_in).max(1) as f64),
-            format!("{ns_per_box:.2}"),
-            format!("{:.0}", 100.0 * spread),
-        ]);
+/// A path as `--path` spells it.
+pub fn path_name(path: &CameraPath) -> String {
+    match path {
+        CameraPath::Orbit { n, distance } => format!("orbit:{n}:{distance}"),
+        CameraPath::Dolly { n } => format!("dolly:{n}"),
+        CameraPath::File(path) => path.display().to_string(),
     }
-    table
+}
+
+fn merge(into: &mut Value, from: Value) {
+    if let (Value::Object(into), Value::Object(from)) = (into, from) {
+        into.extend(from);
+    }
+}
+
+fn count(figures: &Figures, fate: Fate) -> u64 {
+    let at = Fate::ALL.iter().position(|known| *known == fate);
+    at.map_or(0, |i| figures.fates[i]) / figures.n_shots.max(1)
+}
+
+/// The figures of one camera or of all.
+fn figures(figures: &Figures) -> Value {
+    let n: u64 = figures.fates.iter().sum();
+    let tests = TESTS.iter().zip(&figures.tests).map(|(test, figures)| {
+        let mut value = timed("ns_per_box", &figures.ns);
+        value["in"] = figures.n_in.into();
+        value["out"] = (n - figures.n_in).into();
+        value["false_visible"] = figures.n_false_visible.into();
+        (test.name().to_owned(), value)
+    });
+    let mut flat = timed("ns_per_box", &figures.flat.ns);
+    flat["test"] = Test::PVertex.name().into();
+    flat["in"] = figures.flat.n_in.into();
+    flat["out"] = (n - figures.flat.n_in).into();
+
+    let tree = &figures.tree;
+    let mut hierarchy = timed("walk_ms", &tree.ms);
+    hierarchy["test"] = Test::Both.name().into();
+    hierarchy["in"] = tree.n_in.into();
+    hierarchy["out"] = (n - tree.n_in).into();
+    hierarchy["nodes_tested"] = tree.stats.nodes().tested.into();
+    hierarchy["items_tested"] = tree.stats.items.tested.into();
+    hierarchy["items_untested"] = tree.stats.n_untested.into();
+    let [planes, both, exact] = tree.n_tested_by;
+    hierarchy["nodes_tested_by"] = json!({"p_vertex": planes, "both": both, "sat": exact});
+
+    let planes = Plane::ALL.iter().zip(figures.planes());
+    let planes = planes.map(|(plane, n)| json!({"plane": plane.name(), "out": n}));
+    let levels = tree.levels.iter().zip(&tree.stats.levels).enumerate();
+    let fates = Fate::ALL.iter().zip(figures.fates).map(|(fate, n)| (fate.name().into(), n.into()));
+    json!({
+        "tests": tests.collect::<Map<_, _>>(),
+        "flat": flat,
+        "hierarchy": hierarchy,
+        "planes": planes.collect::<Vec<_>>(),
+        "levels": levels.map(|(i, (all, walked))| level(i, all, walked)).collect::<Vec<_>>(),
+        "fates": fates.collect::<Map<_, _>>(),
+    })
+}
+
+/// A time under `name`, with its spread, and the one with cold caches where there is one.
+fn timed(name: &str, timing: &Timing) -> Value {
+    let mut value = json!({"spread": timing.spread()});
+    value[name] = timing.warm().into();
+    if let Some(cold) = timing.cold() {
+        value[format!("{name}_cold")] = cold.into();
+    }
+    value
+}
+
+fn level(index: usize, all: &LevelFigures, walked: &Counts) -> Value {
+    json!({
+        "level": index,
+        "nodes": all.n_nodes,
+        "tested": walked.tested,
+        "in": walked.inside + walked.straddling,
+        "out": walked.outside,
+        "inside": walked.inside,
+        "crossing": walked.straddling,
+        "tests": kept(all.n_nodes, &all.n_in),
+    })
+}
+
+fn size(exponent: i32, size: &SizeFigures) -> Value {
+    json!({
+        "from": 2f64.powi(exponent),
+        "to": 2f64.powi(exponent + 1),
+        "boxes": size.n_boxes,
+        "tests": kept(size.n_boxes, &size.n_in),
+    })
+}
+
+/// Per test, of `n` boxes.
+fn kept(n: u64, n_in: &[u64; TESTS.len()]) -> Value {
+    let exact = n_in[TESTS.len() - 1];
+    let value = |(test, n_in): (&Test, &u64)| {
+        let value = json!({"in": n_in, "out": n - n_in, "false_visible": n_in - exact});
+        (test.name().to_owned(), value)
+    };
+    Value::Object(TESTS.iter().zip(n_in).map(value).collect())
+}
+
+fn drawn(drawn: &Drawn) -> Value {
+    let Drawn { mode: Mode { test, hierarchy }, frame } = drawn;
+    json!({
+        "cull": test.name(),
+        "hierarchy": hierarchy,
+        "boxes_tested": frame.boxes_tested,
+        "objects": frame.objects.n_drawn,
+        "triangles": drawn.n_triangles(),
+        "triangles_saved": frame.n_triangles_of_culled_objects,
+        "pixels_shaded": frame.pixels_shaded,
+        "cull_ms": ms(frame.stages.cull),
+        "geometry_ms": ms(frame.stages.geometry),
+        "raster_ms": ms(frame.stages.raster),
+        "shade_ms": ms(frame.stages.shade),
+        "frame_ms": drawn.ms(),
+    })
+}
+
+fn metric(metric: &Metric) -> Value {
+    json!({
+        "min": metric.percentile(0.0),
+        "p50": metric.percentile(0.5),
+        "p90": metric.percentile(0.9),
+        "p99": metric.percentile(0.99),
+        "max": metric.percentile(1.0),
+        "worst_camera": metric.worst(),
+    })
+}
+
+fn cameras(measured: &Measured) -> Value {
+    let cameras = measured.shown.iter().zip(&measured.input.shots).enumerate();
+    let camera = |(i, (shown, shot)): (usize, (&super::Shown, &super::Shot))| {
+        let mut value = figures(&shown.figures);
+        value["camera"] = i.into();
+        if let Some(camera) = &shot.camera {
+            value["eye"] = camera.eye().to_array().to_vec().into();
+            value["forward"] = (-camera.back()).to_array().to_vec().into();
+        }
+        if !shown.drawn.is_empty() {
+            value["downstream"] = shown.drawn.iter().map(drawn).collect();
+        }
+        value
+    };
+    cameras.map(camera).collect()
+}
+
+fn waste(waste: &Waste) -> Value {
+    json!({
+        "name": waste.distribution.name(),
+        "boxes": waste.n_boxes,
+        "tests": kept(waste.n_boxes, &waste.n_in),
+        "waste_percent": {
+            "p_vertex": waste.percent(Test::PVertex),
+            "reverse": waste.percent(Test::Reverse),
+            "both": waste.percent(Test::Both),
+            "sat": waste.percent(Test::Sat),
+        },
+    })
 }

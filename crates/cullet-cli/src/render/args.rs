@@ -257,7 +257,8 @@ impl RenderArgs {
     }
 }
 
-fn size(text: &str) -> Result<(u32, u32), String> {
+/// A size as `WxH`, both at least 1.
+pub fn size(text: &str) -> Result<(u32, u32), String> {
     let sides = text.split_once(['x', 'X']);
     let sides = sides.and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
     let sides: (NonZeroU32, NonZeroU32) =

@@ -10,7 +10,7 @@ use crate::camera_file::CameraFile;
 use crate::exit::Failure;
 
 /// Size of a picture when nothing names one.
-const DEFAULT_SIZE: (u32, u32) = (1280, 720);
+pub const DEFAULT_SIZE: (u32, u32) = (1280, 720);
 
 /// The camera that `spec` means, and its picture: `size` wins over that of a camera file.
 pub fn choose(

@@ -5,7 +5,7 @@ pub mod camera;
 mod passes;
 mod pixels;
 
-pub use args::{RenderArgs, SimdName};
+pub use args::{RenderArgs, SimdName, size};
 
 use std::time::{Duration, Instant};
 

@@ -77,11 +77,155 @@ fn a_matrix_serves_as_well_as_the_camera_it_came_from() {
     assert_eq!(a, b);
 }
 
+fn report(folder: &Folder, line: &str) -> Value {
+    let json = folder.ok(&format!("cull {line} --repeat 1 --cold 1 --json -")).stdout;
+    serde_json::from_slice(&json).unwrap()
+}
+
+#[test]
+fn a_path_adds_up_over_its_cameras() {
+    let folder = folder();
+    let cameras = format!("[{CAMERA}, {}]", CAMERA.replace("[0,0,5]", r#"["0x1.9p6",100,105]"#));
+    folder.write("path.json", &cameras);
+    folder.write("object.json", format!("{{\"cameras\": {cameras}}}"));
+    let sums = ["--boxes boxes.jsonl --path path.json", "--boxes boxes.jsonl --path object.json"]
+        .map(|line| report(&folder, line));
+    assert_eq!(sums[0]["fates"], sums[1]["fates"]);
+    for line in [
+        "--boxes boxes.jsonl --path path.json",
+        "--boxes boxes.jsonl --camera camera.json --path dolly:3",
+        "synth:box-grid:6 --path orbit:4:0.5 --size 64x48",
+    ] {
+        let json = report(&folder, line);
+        let cameras = json["cameras"].as_array().unwrap();
+        assert_eq!(json["n_cameras"], cameras.len());
+        assert_eq!(json["path"]["n"], cameras.len());
+        for key in ["in", "out", "false_visible"] {
+            let sum =
+                cameras.iter().map(|c| c["tests"]["both"][key].as_u64().unwrap()).sum::<u64>();
+            assert_eq!(json["tests"]["both"][key], sum, "{line}");
+        }
+        let visible = &json["path"]["metrics"]["visible"];
+        let worst = &cameras[visible["worst_camera"].as_u64().unwrap() as usize];
+        assert_eq!(visible["max"].as_f64(), worst["tests"]["sat"]["in"].as_f64());
+        let fates = json["fates"].as_object().unwrap().values();
+        let n = json["boxes"].as_u64().unwrap() * cameras.len() as u64;
+        assert_eq!(fates.map(|n| n.as_u64().unwrap()).sum::<u64>(), n);
+    }
+}
+
+#[test]
+fn verdicts_along_a_path_name_their_camera() {
+    let folder = folder();
+    let orbit = "cull --boxes boxes.jsonl --camera camera.json --path orbit:2 --repeat 1";
+    folder.ok(&format!("{orbit} --verdicts v.jsonl"));
+    let verdicts = lines(&std::fs::read_to_string(folder.path("v.jsonl")).unwrap());
+    let order: Vec<_> = verdicts
+        .iter()
+        .map(|v| (v["camera"].as_u64().unwrap(), v["i"].as_u64().unwrap()))
+        .collect();
+    let expected: Vec<_> = (0..2).flat_map(|camera| (0..5).map(move |i| (camera, i))).collect();
+    assert_eq!(order, expected);
+}
+
+#[test]
+fn the_renderer_says_what_was_saved() {
+    let folder = folder();
+    // From the middle of the grid most of it is out of view.
+    let json = report(&folder, "synth:box-grid:6 --path dolly:2 --size 96x64 --frames 1");
+    for drawn in [&json["downstream"], &json["cameras"][1]["downstream"]] {
+        let drawn = drawn.as_array().unwrap();
+        let all = |key: &str| drawn.iter().map(|d| d[key].as_u64().unwrap()).collect::<Vec<_>>();
+        assert_eq!(drawn[0]["cull"], "none");
+        let (triangles, saved) = (all("triangles"), all("triangles_saved"));
+        assert!(triangles.iter().zip(&saved).all(|(a, b)| a + b == triangles[0]), "{triangles:?}");
+        let pixels = all("pixels_shaded");
+        assert!(pixels.iter().all(|n| *n == pixels[0]), "{pixels:?}");
+    }
+    let none = report(&folder, "synth:box-grid:6 --frames 0");
+    assert!(none["downstream"].is_null());
+}
+
+#[test]
+fn generated_boxes_show_where_the_tests_differ() {
+    let folder = folder();
+    let json = report(&folder, "--distributions 40");
+    let kinds = json["distributions"].as_array().unwrap();
+    assert_eq!(kinds.len(), 9);
+    for kind in kinds {
+        let waste = |test: &str| kind["waste_percent"][test].as_f64().unwrap();
+        let name = kind["name"].as_str().unwrap();
+        assert_eq!(waste("sat"), 0.0, "{name}");
+        let cheap = waste("p_vertex").min(waste("reverse"));
+        assert!(waste("both") <= cheap, "{name}");
+        match name {
+            "city" | "small" => assert!(waste("both") < 0.5, "{name}"),
+            "tiles" => assert!((13.0..21.0).contains(&waste("both"))),
+            "rolled" => assert!((8.0..13.0).contains(&waste("both"))),
+            "clusters" => assert!((4.0..7.0).contains(&waste("both"))),
+            _ => {}
+        }
+    }
+    let text = String::from_utf8(folder.ok("cull --distributions 5").stdout).unwrap();
+    assert!(text.contains("frustum-sized"), "{text}");
+}
+
+#[test]
+fn conditions_decide_the_exit_code() {
+    let folder = folder();
+    let boxes = "cull --boxes boxes.jsonl --camera camera.json --repeat 1";
+    folder.ok(&format!("{boxes} --json old.json"));
+    let run = |condition: &str| {
+        let mut command = folder.command(&format!("{boxes} --compare old.json --fail-if"));
+        command.arg(condition).output().unwrap()
+    };
+    assert_eq!(run("tests.sat.false_visible > 0").status.code(), Some(0));
+    assert_eq!(run("tests.sat.in < old.tests.sat.in").status.code(), Some(0));
+    let holds = run("tests.sat.in >= old.tests.sat.in && levels.0.nodes == 1");
+    assert_eq!(holds.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&holds.stdout).contains("figures did not"));
+    assert_eq!(run("tests.sat.on > 0").status.code(), Some(2));
+    folder.fails(2, "--compare", &format!("{boxes} --fail-if old.boxes"));
+    folder.fails(3, "no report", &format!("{boxes} --compare camera.json"));
+    // Reports are written even when a condition holds: that is when one wants to read them.
+    folder.fails(1, "conditions hold", &format!("{boxes} --fail-if boxes --csv x.csv"));
+    assert!(folder.names().contains(&"x.csv".to_owned()));
+}
+
+#[test]
+fn the_page_needs_nothing_else() {
+    let folder = folder();
+    folder.ok("cull synth:box-grid:4 --path orbit:3:0.4 --size 64x48 --repeat 1 --html page.html");
+    folder.ok("cull --boxes boxes.jsonl --camera camera.json --repeat 1 --html boxes.html");
+    for (name, has_picture) in [("page.html", true), ("boxes.html", false)] {
+        let page = std::fs::read_to_string(folder.path(name)).unwrap();
+        assert!(!page.contains("http:") && !page.contains("https:") && !page.contains("<script"));
+        assert_eq!(page.contains("data:image/png;base64,"), has_picture);
+        assert_eq!(page.contains("Along the path"), has_picture);
+        assert!(!page.contains("NaN") || !has_picture);
+        for title in ["Boxes and frustum", "Waste by size of box", "When do the finer tests pay?"] {
+            assert!(page.contains(title), "{name}: {title}");
+        }
+        for tag in ["section", "svg", "div", "p", "table"] {
+            let n = |tag: String| page.matches(&tag).count();
+            let open = n(format!("<{tag}>")) + n(format!("<{tag} "));
+            assert_eq!(open, n(format!("</{tag}>")), "{name}: {tag}");
+        }
+    }
+}
+
 #[test]
 fn faulty_input_is_named() {
     let folder = folder();
     folder.fails(2, "give --camera", "cull --boxes boxes.jsonl");
     folder.fails(3, "line 1", "cull --boxes camera.json --camera camera.json");
     folder.fails(3, "boxes.jsonl", "cull --boxes boxes.jsonl --clip-from-world boxes.jsonl");
+    folder.fails(2, "orbit:N", "cull synth:sphere:8 --path circle:3");
+    folder.fails(
+        2,
+        "is an input",
+        "cull --boxes boxes.jsonl --camera camera.json --csv camera.json",
+    );
+    folder.fails(3, "no list", "cull --boxes boxes.jsonl --path camera.json");
     folder.fails(3, "nowhere", "cull --boxes nowhere.jsonl --camera camera.json");
 }

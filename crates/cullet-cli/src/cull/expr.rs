@@ -1,0 +1,259 @@
+//! Conditions over the figures of a report: `--fail-if`.
+//!
+//! ```text
+//! any     = all  { "||" all }
+//! all     = test { "&&" test }
+//! test    = sum [ ("<" | "<=" | ">" | ">=" | "==" | "!=") sum ]
+//! sum     = product { ("+" | "-") product }
+//! product = value { ("*" | "/") value }
+//! value   = number [ "%" ] | path | "(" any ")" | "-" value
+//! ```
+//!
+//! A path names a figure as the JSON has it, keys joined by dots, places in lists by number;
+//! `old.` before it asks the report of `--compare`. A condition holds where it is not 0.
+
+use serde_json::Value;
+
+/// What a condition may ask.
+#[derive(Clone, Copy, Debug)]
+pub struct Reports<'a> {
+    /// The report of this run.
+    pub new: &'a Value,
+    /// That of `--compare`.
+    pub old: Option<&'a Value>,
+}
+
+/// Whether the condition `text` holds.
+pub fn holds(text: &str, reports: Reports<'_>) -> Result<bool, String> {
+    let mut parser = Parser { rest: text.trim_start(), reports, depth: 0 };
+    let value = parser.any()?;
+    match parser.rest {
+        "" => Ok(value != 0.0),
+        rest => Err(format!("did not expect `{rest}`")),
+    }
+}
+
+struct Parser<'a> {
+    rest: &'a str,
+    reports: Reports<'a>,
+    depth: u32,
+}
+
+/// Parentheses and signs within each other.
+const DEEPEST: u32 = 100;
+
+impl<'a> Parser<'a> {
+    /// Goes on behind `token`, if it comes next.
+    fn take(&mut self, token: &str) -> bool {
+        let rest = self.rest.strip_prefix(token);
+        self.rest = rest.map_or(self.rest, str::trim_start);
+        rest.is_some()
+    }
+
+    /// Goes on behind all characters that `belongs` holds for.
+    fn take_while(&mut self, belongs: impl Fn(char) -> bool) -> &'a str {
+        let end = self.rest.find(|c| !belongs(c)).unwrap_or(self.rest.len());
+        let (word, rest) = self.rest.split_at(end);
+        self.rest = rest.trim_start();
+        word
+    }
+
+    fn any(&mut self) -> Result<f64, String> {
+        let mut value = self.all()?;
+        while self.take("||") {
+            value = truth(self.all()? != 0.0 || value != 0.0);
+        }
+        Ok(value)
+    }
+
+    fn all(&mut self) -> Result<f64, String> {
+        let mut value = self.test()?;
+        while self.take("&&") {
+            value = truth(self.test()? != 0.0 && value != 0.0);
+        }
+        Ok(value)
+    }
+
+    fn test(&mut self) -> Result<f64, String> {
+        type Relation = fn(&f64, &f64) -> bool;
+        let relations: [(&str, Relation); 6] = [
+            ("<=", f64::le),
+            (">=", f64::ge),
+            ("==", f64::eq),
+            ("!=", f64::ne),
+            ("<", f64::lt),
+            (">", f64::gt),
+        ];
+        let left = self.sum()?;
+        match relations.into_iter().find(|(token, _)| self.take(token)) {
+            Some((_, relation)) => Ok(truth(relation(&left, &self.sum()?))),
+            None => Ok(left),
+        }
+    }
+
+    fn sum(&mut self) -> Result<f64, String> {
+        let mut value = self.product()?;
+        loop {
+            if self.take("+") {
+                value += self.product()?;
+            } else if self.take("-") {
+                value -= self.product()?;
+            } else {
+                return Ok(value);
+            }
+        }
+    }
+
+    fn product(&mut self) -> Result<f64, String> {
+        let mut value = self.value()?;
+        loop {
+            if self.take("*") {
+                value *= self.value()?;
+            } else if self.take("/") {
+                value /= self.value()?;
+            } else {
+                return Ok(value);
+            }
+        }
+    }
+
+    fn value(&mut self) -> Result<f64, String> {
+        self.depth += 1;
+        if self.depth > DEEPEST {
+            return Err("too many parentheses".into());
+        }
+        let value = match self.rest.chars().next() {
+            Some('(') => {
+                self.take("(");
+                let value = self.any()?;
+                if !self.take(")") {
+                    return Err("a `)` is missing".into());
+                }
+                value
+            }
+            Some('-') => {
+                self.take("-");
+                -self.value()?
+            }
+            Some(c) if c.is_ascii_digit() || c == '.' => self.number()?,
+            Some(c) if c.is_ascii_alphabetic() => {
+                let belongs = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '.';
+                let path = self.take_while(belongs);
+                self.figure(path)?
+            }
+            _ => return Err(format!("expected a number or a figure at `{}`", self.rest)),
+        };
+        self.depth -= 1;
+        Ok(value)
+    }
+
+    fn number(&mut self) -> Result<f64, String> {
+        let mut previous = ' ';
+        let ends = |c: char| {
+            // The sign of an exponent belongs to the number.
+            let sign = matches!(c, '-' | '+') && matches!(previous, 'e' | 'E');
+            previous = c;
+            !(sign || c.is_ascii_digit() || matches!(c, '.' | 'e' | 'E'))
+        };
+        let end = self.rest.find(ends).unwrap_or(self.rest.len());
+        let (word, rest) = self.rest.split_at(end);
+        self.rest = rest.trim_start();
+        let number: f64 = word.parse().map_err(|_| format!("`{word}` is no number"))?;
+        Ok(if self.take("%") { number / 100.0 } else { number })
+    }
+
+    fn figure(&self, path: &str) -> Result<f64, String> {
+        let (report, keys) = match path.strip_prefix("old.") {
+            Some(keys) => {
+                (self.reports.old.ok_or(format!("`{path}` needs --compare OLD.json"))?, keys)
+            }
+            None => (self.reports.new, path.strip_prefix("new.").unwrap_or(path)),
+        };
+        let mut value = report;
+        for key in keys.split('.') {
+            let next = match value {
+                Value::Object(keys) => keys.get(key),
+                Value::Array(list) => key.parse::<usize>().ok().and_then(|i| list.get(i)),
+                _ => None,
+            };
+            value = next.ok_or_else(|| missing(path, key, value))?;
+        }
+        match value {
+            Value::Bool(value) => Ok(truth(*value)),
+            value => value.as_f64().ok_or_else(|| missing(path, "", value)),
+        }
+    }
+}
+
+/// Why a path leads to no number, and where it could have gone.
+fn missing(path: &str, key: &str, at: &Value) -> String {
+    match at {
+        Value::Object(keys) => {
+            let keys: Vec<&str> = keys.keys().map(String::as_str).collect();
+            format!("`{path}` names no figure; `{key}` could be one of {}", keys.join(", "))
+        }
+        Value::Array(list) => format!("`{path}` names no figure in a list of {}", list.len()),
+        _ => format!("`{path}` is no number"),
+    }
+}
+
+fn truth(holds: bool) -> f64 {
+    f64::from(u8::from(holds))
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    fn ask(text: &str) -> Result<bool, String> {
+        let new =
+            json!({"tests": {"sat": {"in": 6, "ns": 2.5}}, "levels": [{"in": 1}], "on": true});
+        let old = json!({"tests": {"sat": {"in": 4}}});
+        holds(text, Reports { new: &new, old: Some(&old) })
+    }
+
+    #[test]
+    fn conditions() {
+        for (text, expected) in [
+            ("tests.sat.in > 5", true),
+            ("tests.sat.in>1.5*old.tests.sat.in", false),
+            ("new.tests.sat.in >= 1.5 * old.tests.sat.in", true),
+            ("levels.0.in == 1 && tests.sat.ns < 2", false),
+            ("levels.0.in != 1 || tests.sat.ns <= 2.5", true),
+            ("1 + 2 * 3 == 7", true),
+            ("(1 + 2) * 3 == 9 && 8 / 2 / 2 == 2 && 5 - 2 - 1 == 2", true),
+            ("-1 < 1e-3 && 1E+2 == 100 && - -1 == 1", true),
+            ("tests.sat.in / 100 > 5%", true),
+            ("0", false),
+            ("on", true),
+            ("0 / 0 < 1 || 0 / 0 >= 1", false),
+        ] {
+            assert_eq!(ask(text), Ok(expected), "{text}");
+        }
+    }
+
+    #[test]
+    fn faults_are_named() {
+        for (text, words) in [
+            ("", "expected a number"),
+            ("1 <", "expected a number"),
+            ("(1", ")"),
+            ("1 2", "`2`"),
+            ("1.2.3", "1.2.3"),
+            ("tests.set.in > 0", "one of sat"),
+            ("levels.7.in > 0", "list of 1"),
+            ("tests > 0", "names no figure"),
+            ("tests.sat.in.x > 0", "is no number"),
+        ] {
+            let fault = ask(text).unwrap_err();
+            assert!(fault.contains(words), "{text}: {fault}");
+        }
+        let deep = "(".repeat(100_000);
+        assert!(ask(&deep).is_err());
+        let new = json!({"a": 1});
+        let fault = holds("old.a > 0", Reports { new: &new, old: None }).unwrap_err();
+        assert!(fault.contains("--compare"));
+    }
+}

@@ -1,0 +1,144 @@
+//! Cameras one after the other: `--path`.
+
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use cullet::Camera;
+use cullet::cull::Aabb;
+use glam::{DMat3, DVec3};
+
+/// A way for the camera to go.
+#[derive(Clone, Debug, PartialEq)]
+pub enum CameraPath {
+    /// Around the vertical line through the middle of everything, in `n` equal steps.
+    Orbit {
+        /// How many cameras.
+        n: u32,
+        /// Distance of the eye from the middle, as a multiple of where `--camera` has it.
+        distance: f64,
+    },
+    /// Straight on, from where `--camera` stands until all lies behind it.
+    Dolly {
+        /// How many cameras.
+        n: u32,
+    },
+    /// The cameras of a file.
+    File(PathBuf),
+}
+
+/// Cameras of a dolly when it does not say.
+const DOLLY: u32 = 32;
+/// More are surely a slip of the finger.
+const MOST: u32 = 100_000;
+
+impl FromStr for CameraPath {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<CameraPath, String> {
+        let mut words = text.split(':');
+        let first = words.next();
+        let rest: Vec<&str> = words.collect();
+        let count = |word: &str| {
+            let n = word.parse().ok().filter(|n| (1..=MOST).contains(n));
+            n.ok_or_else(|| format!("`{word}` is no number of cameras from 1 to {MOST}"))
+        };
+        match (first, &rest[..]) {
+            (Some("orbit"), [n]) => Ok(CameraPath::Orbit { n: count(n)?, distance: 1.0 }),
+            (Some("orbit"), [n, distance]) => {
+                let positive = |value: &f64| *value > 0.0 && value.is_finite();
+                let parsed = distance.parse().ok().filter(positive);
+                let distance = parsed.ok_or(format!("`{distance}` is no distance above 0"))?;
+                Ok(CameraPath::Orbit { n: count(n)?, distance })
+            }
+            (Some("dolly"), []) => Ok(CameraPath::Dolly { n: DOLLY }),
+            (Some("dolly"), [n]) => Ok(CameraPath::Dolly { n: count(n)? }),
+            _ if text.to_ascii_lowercase().ends_with(".json") => Ok(CameraPath::File(text.into())),
+            _ => Err("give orbit:N, orbit:N:DISTANCE, dolly, dolly:N or a file (.json)".into()),
+        }
+    }
+}
+
+/// The cameras of an orbit that begins with `base`, around the middle of `bounds`.
+pub fn orbit(base: &Camera, bounds: &Aabb, n: u32, distance: f64) -> Vec<Camera> {
+    let middle = if bounds.center().is_finite() { bounds.center() } else { DVec3::ZERO };
+    let arm = (base.eye() - middle) * distance;
+    (0..n)
+        .filter_map(|i| {
+            let (sin, cos) = libm::sincos(std::f64::consts::TAU * f64::from(i) / f64::from(n));
+            let turn =
+                DMat3::from_cols(DVec3::new(cos, 0.0, -sin), DVec3::Y, DVec3::new(sin, 0.0, cos));
+            moved(base, middle + turn * arm, &turn)
+        })
+        .collect()
+}
+
+/// The cameras of a straight way from `base` through `bounds`, the last one still before its end.
+pub fn dolly(base: &Camera, bounds: &Aabb, n: u32) -> Vec<Camera> {
+    let end = bounds.farthest_along(-base.back());
+    let way = (end - base.eye()).dot(-base.back());
+    let way = if way.is_finite() && way > 0.0 { way } else { 0.0 };
+    (0..n)
+        .filter_map(|i| {
+            let step = way * f64::from(i) / f64::from(n);
+            moved(base, base.eye() - base.back() * step, &DMat3::IDENTITY)
+        })
+        .collect()
+}
+
+/// `base` with its eye elsewhere and turned. `None` so far from the origin that f64 cannot tell
+/// the eye from what it looks at.
+fn moved(base: &Camera, eye: DVec3, turn: &DMat3) -> Option<Camera> {
+    let target = eye - *turn * base.back() * eye.length().max(1.0);
+    Camera::look_at(eye, target, *turn * base.up(), base.projection()).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use cullet::Projection;
+
+    use super::*;
+
+    fn base() -> Camera {
+        let lens = Projection::Perspective { yfov: 1.0, near: 0.1, far: 100.0 };
+        Camera::look_at(DVec3::new(0.0, 3.0, 11.0), DVec3::new(0.0, 3.0, 1.0), DVec3::Y, lens)
+            .unwrap()
+    }
+
+    const BOUNDS: Aabb = Aabb { min: DVec3::new(-2.0, 0.0, -1.0), max: DVec3::new(2.0, 6.0, 3.0) };
+
+    #[track_caller]
+    fn near(a: DVec3, b: DVec3) {
+        assert!((a - b).length() < 1e-12, "{a} {b}");
+    }
+
+    #[test]
+    fn spellings() {
+        let path = |text: &str| text.parse::<CameraPath>();
+        assert_eq!(path("orbit:36"), Ok(CameraPath::Orbit { n: 36, distance: 1.0 }));
+        assert_eq!(path("orbit:8:0.25"), Ok(CameraPath::Orbit { n: 8, distance: 0.25 }));
+        assert_eq!(path("dolly"), Ok(CameraPath::Dolly { n: DOLLY }));
+        assert_eq!(path("dolly:5"), Ok(CameraPath::Dolly { n: 5 }));
+        assert_eq!(path("a:b.JSON"), Ok(CameraPath::File("a:b.JSON".into())));
+        for wrong in ["orbit", "orbit:0", "orbit:x", "orbit:4:0", "orbit:4:nan", "dolly:1:1", "x"] {
+            assert!(path(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn an_orbit_looks_at_the_middle_from_all_sides() {
+        let cameras = orbit(&base(), &BOUNDS, 4, 0.5);
+        let eyes = [[0.0, 3.0, 6.0], [5.0, 3.0, 1.0], [0.0, 3.0, -4.0], [-5.0, 3.0, 1.0]];
+        for (camera, eye) in cameras.iter().zip(eyes.map(DVec3::from_array)) {
+            near(camera.eye(), eye);
+            near(camera.back(), (eye - BOUNDS.center()).normalize());
+        }
+    }
+
+    #[test]
+    fn a_dolly_ends_before_everything_is_behind_it() {
+        let eyes: Vec<f64> =
+            dolly(&base(), &BOUNDS, 4).iter().map(|camera| camera.eye().z).collect();
+        assert_eq!(eyes, [11.0, 8.0, 5.0, 2.0]);
+        assert_eq!(dolly(&base(), &Aabb::EMPTY, 2).len(), 2);
+    }
+}

@@ -1,0 +1,247 @@
+//! The figures as text: what people read on a terminal, and CSV.
+
+use cullet::cull::Test;
+use cullet::transform::Plane;
+use cullet_measure::{Align, Table};
+
+use super::Measured;
+use super::downstream::ms;
+use super::measure::Figures;
+use super::sweep::metrics;
+use super::verdicts::{Fate, TESTS};
+use super::waste::Waste;
+
+/// Everything about a set of boxes.
+pub fn all(measured: &Measured) -> String {
+    let sum = &measured.sum;
+    let mut text = format!("{} boxes", measured.input.boxes.len());
+    match measured.shown.len() {
+        1 => text += ", one camera",
+        n => text += &format!(", {n} cameras (counts added up, times averaged)"),
+    }
+    let [visible, empty, invalid] =
+        [sum.of(Test::Sat).n_in, fate(sum, Fate::Empty), fate(sum, Fate::Invalid)];
+    text += &format!("; {visible} visible, {empty} empty, {invalid} invalid; one thread\n\n");
+    text += &tests(measured, sum).to_string();
+    let planes =
+        Plane::ALL.iter().zip(sum.planes()).map(|(plane, n)| format!("{} {n}", plane.name()));
+    text += &format!("\nrejected by plane: {}\n", planes.collect::<Vec<_>>().join(", "));
+    text += &tree(measured);
+    if !measured.downstream.is_empty() {
+        text += &downstream(measured);
+    }
+    if measured.shown.len() > 1 {
+        text += &sweep(measured);
+    }
+    text
+}
+
+fn fate(figures: &Figures, wanted: Fate) -> u64 {
+    let at = Fate::ALL.iter().position(|fate| *fate == wanted);
+    at.map_or(0, |i| figures.fates[i])
+}
+
+fn right<'a, const N: usize>(first: &'a str, rest: [&'a str; N]) -> Table {
+    let mut columns = vec![(first, Align::Left)];
+    columns.extend(rest.map(|name| (name, Align::Right)));
+    Table::new(&columns)
+}
+
+fn percent(part: u64, whole: u64) -> String {
+    format!("{:.2}", 100.0 * part as f64 / whole.max(1) as f64)
+}
+
+fn tests(measured: &Measured, figures: &Figures) -> Table {
+    let n: u64 = figures.fates.iter().sum();
+    let mut table =
+        right("test", ["in", "out", "false visible", "waste %", "ns per box", "cold", "spread %"]);
+    let cold = |cold: Option<f64>| cold.map_or(String::new(), |ns| format!("{ns:.2}"));
+    for (test, figures) in TESTS.iter().zip(&figures.tests) {
+        table.push([
+            test.name().to_owned(),
+            figures.n_in.to_string(),
+            (n - figures.n_in).to_string(),
+            figures.n_false_visible.to_string(),
+            percent(figures.n_false_visible, figures.n_in),
+            format!("{:.2}", figures.ns.warm()),
+            cold(figures.ns.cold()),
+            format!("{:.0}", 100.0 * figures.ns.spread()),
+        ]);
+    }
+    let flat = &figures.flat;
+    let wasted = flat.n_in.saturating_sub(figures.of(Test::Sat).n_in);
+    table.push([
+        format!("p_vertex x8 ({})", measured.simd),
+        flat.n_in.to_string(),
+        (n - flat.n_in).to_string(),
+        wasted.to_string(),
+        percent(wasted, flat.n_in),
+        format!("{:.2}", flat.ns.warm()),
+        cold(flat.ns.cold()),
+        format!("{:.0}", 100.0 * flat.ns.spread()),
+    ]);
+    table
+}
+
+fn tree(measured: &Measured) -> String {
+    let tree = &measured.sum.tree;
+    let cold = tree.ms.cold().map_or(String::new(), |ms| format!(" ({ms:.4} cold)"));
+    let mut text = format!(
+        "\ntree: built in {:.3} ms; a walk takes {:.4} ms{cold}, tests {} of {} nodes and {} boxes, \
+         keeps {}\n",
+        measured.build_ms,
+        tree.ms.warm(),
+        tree.stats.nodes().tested,
+        tree.levels.iter().map(|level| level.n_nodes).sum::<u64>(),
+        tree.stats.items.tested,
+        tree.n_in,
+    );
+    let [planes, both, exact] = tree.n_tested_by;
+    let fewer = |n: u64| 100.0 * (planes - n) as f64 / planes.max(1) as f64;
+    text += &format!(
+        "nodes to test if nodes are asked by planes {planes}, by both {both} (-{:.1}%), by sat {exact} \
+         (-{:.1}%)\n\n",
+        fewer(both),
+        fewer(exact),
+    );
+    let mut table =
+        right("level", ["nodes", "tested", "out", "inside", "crossing", "false visible", "both"]);
+    for (i, (level, walked)) in tree.levels.iter().zip(&tree.stats.levels).enumerate() {
+        let [.., planes, _, both, exact] = level.n_in;
+        table.push([
+            i.to_string(),
+            level.n_nodes.to_string(),
+            walked.tested.to_string(),
+            walked.outside.to_string(),
+            walked.inside.to_string(),
+            walked.straddling.to_string(),
+            (planes - exact).to_string(),
+            (both - exact).to_string(),
+        ]);
+    }
+    text + &table.to_string()
+}
+
+fn downstream(measured: &Measured) -> String {
+    let mut table = right(
+        "render --cull",
+        [
+            "objects",
+            "triangles",
+            "pixels",
+            "cull ms",
+            "geometry",
+            "raster",
+            "shade",
+            "frame",
+            "saves %",
+        ],
+    );
+    let all = measured.downstream[0].ms();
+    for drawn in &measured.downstream {
+        let frame = &drawn.frame;
+        let time = |duration| format!("{:.3}", ms(duration));
+        table.push([
+            drawn.mode.name(),
+            frame.objects.n_drawn.to_string(),
+            drawn.n_triangles().to_string(),
+            frame.pixels_shaded.to_string(),
+            time(frame.stages.cull),
+            time(frame.stages.geometry),
+            time(frame.stages.raster),
+            time(frame.stages.shade),
+            time(frame.total),
+            format!("{:.1}", 100.0 * (1.0 - drawn.ms() / all)),
+        ]);
+    }
+    format!(
+        "\nwhat it saves in the renderer (camera {}; pixels are always the same):\n{table}",
+        measured.focus
+    )
+}
+
+fn sweep(measured: &Measured) -> String {
+    let mut table = right("over the path", ["min", "p50", "p90", "p99", "max", "worst camera"]);
+    for metric in metrics(&measured.shown) {
+        let value = |share| {
+            let value = metric.percentile(share);
+            if value.fract() == 0.0 { format!("{value}") } else { format!("{value:.4}") }
+        };
+        table.push([
+            metric.title.to_owned(),
+            value(0.0),
+            value(0.5),
+            value(0.9),
+            value(0.99),
+            value(1.0),
+            metric.worst().to_string(),
+        ]);
+    }
+    format!("\n{table}")
+}
+
+/// What the tests leave over on generated boxes.
+pub fn distributions(wastes: &[Waste]) -> String {
+    let mut table = right(
+        "waste % by kind of boxes",
+        ["boxes", "visible", "p-vertex", "reverse", "both", "sat"],
+    );
+    for waste in wastes {
+        let percent = |test| format!("{:.3}", waste.percent(test));
+        table.push([
+            waste.distribution.name().to_owned(),
+            waste.n_boxes.to_string(),
+            waste.n_in(Test::Sat).to_string(),
+            percent(Test::PVertex),
+            percent(Test::Reverse),
+            percent(Test::Both),
+            percent(Test::Sat),
+        ]);
+    }
+    format!("{table}(waste: of the boxes a test keeps, those that are not visible)\n")
+}
+
+/// One row per camera and test, or per kind of generated boxes and test.
+pub fn csv(measured: Option<&Measured>, wastes: &[Waste]) -> String {
+    let mut table = right(
+        "source",
+        ["camera", "test", "in", "out", "false_visible", "ns_per_box", "ns_per_box_cold"],
+    );
+    for (camera, shown) in measured.iter().flat_map(|m| m.shown.iter().enumerate()) {
+        let figures = &shown.figures;
+        let n: u64 = figures.fates.iter().sum();
+        let name = |test: Test| test.name().to_owned();
+        let mut row = |test: String, n_in: u64, false_visible: u64, ns: &super::measure::Timing| {
+            table.push([
+                "boxes".to_owned(),
+                camera.to_string(),
+                test,
+                n_in.to_string(),
+                (n - n_in).to_string(),
+                false_visible.to_string(),
+                ns.warm().to_string(),
+                ns.cold().map_or(String::new(), |ns| ns.to_string()),
+            ]);
+        };
+        for (test, figures) in TESTS.iter().zip(&figures.tests) {
+            row(name(*test), figures.n_in, figures.n_false_visible, &figures.ns);
+        }
+        let flat = &figures.flat;
+        let wasted = flat.n_in.saturating_sub(figures.of(Test::Sat).n_in);
+        row("p_vertex_x8".to_owned(), flat.n_in, wasted, &flat.ns);
+    }
+    for waste in wastes {
+        for test in TESTS {
+            let n_in = waste.n_in(test);
+            table.push([
+                waste.distribution.name().to_owned(),
+                String::new(),
+                test.name().to_owned(),
+                n_in.to_string(),
+                (waste.n_boxes - n_in).to_string(),
+                (n_in - waste.n_in(Test::Sat)).to_string(),
+            ]);
+        }
+    }
+    table.to_csv()
+}
