@@ -46,6 +46,13 @@ impl Halfspace {
         if distance.abs() > doubt { distance > 0.0 } else { self.nearest(bounds) >= 0.0 }
     }
 
+    /// No less than [`Halfspace::farthest`], and little more, for a box that is one point.
+    #[inline]
+    pub fn at_most(&self, point: &Aabb) -> f64 {
+        let distance = self.distance(point.min) + self.doubt(point);
+        if distance.is_nan() { self.farthest(point) } else { distance }
+    }
+
     /// Of `point`, as if the coefficients were right.
     fn distance(&self, point: DVec3) -> f64 {
         self.plane.normal.dot(point) + self.plane.offset

@@ -65,8 +65,9 @@ pub fn sphere_visible(sphere: &Sphere, frustum: &Frustum) -> bool {
     let center = sphere.center - frustum.origin;
     let point = Aabb { min: center, max: center };
     (0..6).all(|i| {
-        let doubt = EVALUATION + frustum.uncertainty(i).normal.element_sum();
-        let behind = frustum.farthest(i, &point) + sphere.radius * (1.0 + doubt) < 0.0;
+        let halfspace = frustum.halfspace(i);
+        let doubt = EVALUATION + halfspace.error.normal.element_sum();
+        let behind = halfspace.at_most(&point) + sphere.radius * (1.0 + doubt) < 0.0;
         !behind
     })
 }

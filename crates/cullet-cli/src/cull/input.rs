@@ -10,7 +10,7 @@ use serde::Deserialize;
 use serde_json::Value;
 
 use super::CullArgs;
-use super::path::{CameraPath, dolly, orbit};
+use super::path::{self, CameraPath, dolly, orbit};
 use crate::camera_file::CameraFile;
 use crate::exit::Failure;
 use crate::message::warn;
@@ -121,6 +121,10 @@ fn shots(
     let bounds = || {
         let finite = boxes.iter().filter(|b| b.min.is_finite() && b.max.is_finite());
         finite.fold(Aabb::EMPTY, |all, bounds| all.union(bounds))
+    };
+    let camera = match args.camera.as_str() {
+        "auto" if args.path.is_some() => path::close_up(&camera, &bounds()),
+        _ => camera,
     };
     let cameras = match args.path {
         Some(CameraPath::Orbit { n, distance }) => orbit(&camera, &bounds(), n, distance),

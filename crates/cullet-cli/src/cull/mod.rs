@@ -55,7 +55,8 @@ pub struct CullArgs {
     clip_from_world: Option<PathBuf>,
     /// Many cameras: `orbit:N[:DISTANCE]` turns --camera around the vertical line through the
     /// middle of everything (DISTANCE times as far from it, default 1); `dolly[:N]` moves it
-    /// straight on through everything (N: 32); a file holds a list of cameras
+    /// straight on through everything (N: 32); a file holds a list of cameras. An `auto` camera
+    /// gets a near plane that does not cut things away when it comes close
     #[arg(id = "camera_path", long = "path", value_name = "orbit:N|dolly|FILE.json")]
     path: Option<CameraPath>,
     /// Size of the picture, which decides how wide the view is; default: the camera file's, or
@@ -71,7 +72,7 @@ pub struct CullArgs {
     #[arg(value_parser = clap::value_parser!(u32).range(0..=100_000))]
     cold: u32,
     /// Frames the renderer draws per way of culling, to tell what culling saves (scenes only);
-    /// 0 draws none. Default: 3, or 1 with --path
+    /// 0 draws none. Default: 5 for the one camera, or the worst of a path; 1 for each of a path
     #[arg(long, value_name = "N")]
     #[arg(value_parser = clap::value_parser!(u32).range(0..=1000))]
     frames: Option<u32>,
@@ -202,13 +203,13 @@ fn distributions(n_samples: u32) -> Vec<Waste> {
 fn measure(args: &CullArgs, level: Level, input: Input) -> Result<Measured, Failure> {
     let Input { boxes, shots, prepared } = &input;
     let all = Boxes::new(boxes, level);
-    let frames = args.frames.unwrap_or(if shots.len() > 1 { 1 } else { 3 });
-    let picture = |shot: &Shot, modes: &[Mode]| match (prepared, &shot.camera, shot.viewport) {
-        (Some(prepared), Some(camera), Some(viewport)) if frames > 0 => {
-            draw(prepared, camera, viewport, modes, frames)
-        }
-        _ => Vec::new(),
-    };
+    let picture =
+        |shot: &Shot, modes: &[Mode], frames: u32| match (prepared, &shot.camera, shot.viewport) {
+            (Some(prepared), Some(camera), Some(viewport)) if frames > 0 => {
+                draw(prepared, camera, viewport, modes, frames)
+            }
+            _ => Vec::new(),
+        };
     let mut shown = Vec::new();
     let mut sum = Figures::default();
     for (i, shot) in shots.iter().enumerate() {
@@ -217,8 +218,10 @@ fn measure(args: &CullArgs, level: Level, input: Input) -> Result<Measured, Fail
         let verdicts = all.verdicts(&shot.frustum);
         let figures = all.measure(&shot.frustum, &verdicts, Rounds { warm: args.repeat, cold });
         sum += &figures;
-        let drawn =
-            if shots.len() > 1 { picture(shot, &[Mode::NONE, Mode::DEFAULT]) } else { Vec::new() };
+        let drawn = match shots.len() {
+            1 => Vec::new(),
+            _ => picture(shot, &[Mode::NONE, Mode::DEFAULT], args.frames.unwrap_or(1)),
+        };
         shown.push(Shown { figures, drawn });
     }
     let slowest = sweep::metrics(&shown);
@@ -227,7 +230,7 @@ fn measure(args: &CullArgs, level: Level, input: Input) -> Result<Measured, Fail
     let _progress = Progress::show("drawing with every test");
     Ok(Measured {
         verdicts: all.verdicts(&shots[focus].frustum),
-        downstream: picture(&shots[focus], &Mode::ALL),
+        downstream: picture(&shots[focus], &Mode::ALL, args.frames.unwrap_or(5)),
         shown,
         sum,
         focus,

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use cullet::Camera;
 use cullet::cull::Aabb;
+use cullet::{Camera, Projection};
 use glam::{DMat3, DVec3};
 
 /// A way for the camera to go.
@@ -85,6 +85,17 @@ pub fn dolly(base: &Camera, bounds: &Aabb, n: u32) -> Vec<Camera> {
         .collect()
 }
 
+/// An automatic `camera` for going through `bounds`: its near plane touches what it frames, which
+/// would be in the way; this one lies at a thousandth of the size of everything.
+pub fn close_up(camera: &Camera, bounds: &Aabb) -> Camera {
+    let Projection::Perspective { yfov, near, far } = camera.projection() else { return *camera };
+    let close = 1e-3 * (bounds.max - bounds.min).length();
+    let near = if close > 0.0 { near.min(close) } else { near };
+    let (eye, lens) = (camera.eye(), Projection::Perspective { yfov, near, far });
+    let target = eye - camera.back() * eye.length().max(1.0);
+    Camera::look_at(eye, target, camera.up(), lens).unwrap_or(*camera)
+}
+
 /// `base` with its eye elsewhere and turned. `None` so far from the origin that f64 cannot tell
 /// the eye from what it looks at.
 fn moved(base: &Camera, eye: DVec3, turn: &DMat3) -> Option<Camera> {
@@ -94,8 +105,6 @@ fn moved(base: &Camera, eye: DVec3, turn: &DMat3) -> Option<Camera> {
 
 #[cfg(test)]
 mod tests {
-    use cullet::Projection;
-
     use super::*;
 
     fn base() -> Camera {

@@ -10,7 +10,7 @@ use cullet::cull::Test;
 use cullet::transform::Plane;
 use cullet::{Frame, Renderer, Settings, View};
 
-use super::downstream::ms;
+use super::downstream::{Mode, ms};
 use super::measure::Figures;
 use super::sweep::{Metric, metrics};
 use super::verdicts::{Fate, TESTS};
@@ -162,9 +162,13 @@ fn tiles(measured: &Measured, figures: &Figures) -> String {
         (short(asked as f64), format!("box tests in the tree: {:.1}% of flat", percent(asked, n))),
         (format!("{} µs", short(1e3 * tree.ms.warm())), "for a walk of the tree".to_owned()),
     ];
-    if let [all, .., default, _] = &measured.downstream[..] {
-        let saved = 100.0 * (1.0 - default.ms() / all.ms());
-        tiles.push((format!("{saved:.0}%"), "of the frame's time saved by culling".to_owned()));
+    if let Some(drawn) = measured.downstream.iter().find(|drawn| drawn.mode == Mode::DEFAULT) {
+        let saved = drawn.frame.n_triangles_of_culled_objects;
+        let all = saved + drawn.n_triangles();
+        tiles.push((
+            format!("{:.0}%", percent(saved, all)),
+            "of all triangles never touched".into(),
+        ));
     }
     let tiles: String = tiles
         .iter()
