@@ -90,6 +90,8 @@ struct Objects {
 struct CulledObjects {
     empty: u64,
     outside: u64,
+    /// By `--min-size`.
+    small: u64,
 }
 
 #[derive(Debug, Serialize)]
@@ -142,7 +144,11 @@ impl<'a> Report<'a> {
             boxes_tested: stats.boxes_tested,
             objects: Objects {
                 r#in: objects.n_in,
-                culled: CulledObjects { empty: objects.n_empty, outside: objects.n_outside },
+                culled: CulledObjects {
+                    empty: objects.n_empty,
+                    outside: objects.n_outside,
+                    small: objects.n_small,
+                },
                 drawn: objects.n_drawn,
             },
             triangles: Triangles {

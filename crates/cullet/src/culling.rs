@@ -1,6 +1,6 @@
 //! Which objects may be in a view: the question asked before any vertex work.
 
-use cullet_cull::{Aabb, Frustum, Sat, Test, planes_cutting, visible};
+use cullet_cull::{Aabb, Frustum, Sat, Test, planes_cutting, projected_size_px, visible};
 use cullet_raster::SetupCounters;
 use cullet_transform::{PlaneMask, View};
 
@@ -30,7 +30,27 @@ pub(crate) fn cull(
             *planes = planes.filter(|_| other.planes(item, stats).is_some());
         }
     }
+    if settings.min_size_px > 0.0 {
+        leave_out_small(items, view, settings.min_size_px, planes, stats);
+    }
     count(items, planes, stats);
+}
+
+/// The one rejection that changes pixels, and therefore is asked for.
+fn leave_out_small(
+    items: &[Item],
+    view: &View,
+    min_size_px: f64,
+    planes: &mut [Option<PlaneMask>],
+    stats: &mut FrameStats,
+) {
+    let kept = planes.iter_mut().zip(items).filter(|(planes, _)| planes.is_some());
+    for (planes, item) in kept {
+        if !item.bounds.is_empty() && projected_size_px(view, &item.bounds) < min_size_px {
+            *planes = None;
+            stats.objects.n_small += 1;
+        }
+    }
 }
 
 /// Whether the tree helps with a test: it rejects by planes, and so serves the tests that do.
@@ -80,6 +100,8 @@ fn count(items: &[Item], planes: &mut [Option<PlaneMask>], stats: &mut FrameStat
             stats.objects.n_drawn += 1;
         }
     }
+    // Counted where they were left out.
+    stats.objects.n_outside -= stats.objects.n_small;
 }
 
 /// A view, ready to be asked about objects one by one.

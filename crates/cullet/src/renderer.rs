@@ -187,4 +187,29 @@ mod tests {
         assert_eq!(draw(Some(around), CullTest::PVertex), everything);
         assert_eq!(draw(Some(inside), CullTest::None).0, everything.0);
     }
+
+    #[test]
+    fn only_what_is_small_is_left_out_and_only_when_asked() {
+        let prepared = Prepared::new(synth("box-grid:5").unwrap()).unwrap();
+        let viewport = Viewport::new(96, 64).unwrap();
+        let view = View::new(&frame_direction(&prepared, 1.5, DVec3::new(0.2, 0.2, 1.0)), viewport);
+        let mut sizes: Vec<f64> = prepared
+            .items()
+            .iter()
+            .map(|item| cullet_cull::projected_size_px(&view, &item.bounds))
+            .collect();
+        sizes.sort_by(f64::total_cmp);
+        let median = sizes[sizes.len() / 2];
+        let draw = |min_size_px| {
+            let settings = Settings { min_size_px, ..Settings::default() };
+            let stats =
+                Renderer::default().render(&prepared, &view, &settings, &mut Frame::default());
+            stats.objects
+        };
+        assert_eq!(draw(0.0).n_small, 0);
+        let some = draw(median);
+        assert_eq!(some.n_small, sizes.iter().filter(|size| **size < median).count() as u64);
+        assert_eq!(some.n_in, some.n_small + some.n_outside + some.n_empty + some.n_drawn);
+        assert_eq!(draw(1e9).n_drawn, 0);
+    }
 }

@@ -30,6 +30,10 @@ pub struct Settings {
     pub hierarchy: bool,
     /// The instruction set of wide code. Never changes a pixel.
     pub simd: Level,
+    /// Leave out objects whose boxes are smaller than this on the picture, the longer side in
+    /// pixels. 0 leaves out nothing; more **changes pixels**: see
+    /// [`projected_size_px`](cullet_cull::projected_size_px).
+    pub min_size_px: f64,
     /// Also throw out what `cull` finds outside this other view, so that one can look from
     /// outside at what that view keeps. The one thing about culling that is meant to be seen:
     /// it takes objects away from the picture.
@@ -54,6 +58,7 @@ impl Default for Settings {
             cull: CullTest::Both,
             hierarchy: true,
             simd: Level::new(),
+            min_size_px: 0.0,
             cull_view: None,
             threads: 0,
             renderer: RendererKind::Raster,

@@ -52,6 +52,8 @@ pub struct ObjectCounters {
     pub n_empty: u64,
     /// Thrown out: outside the view.
     pub n_outside: u64,
+    /// Thrown out: smaller on the picture than [`Settings::min_size_px`](crate::Settings::min_size_px).
+    pub n_small: u64,
     /// Handed to the rasterizer.
     pub n_drawn: u64,
 }

@@ -75,6 +75,10 @@ pub struct RenderArgs {
     /// a pixel
     #[arg(long, value_enum, default_value = "on")]
     pub hierarchy: Switch,
+    /// Leave out objects smaller than this on the picture: the longer side of their boxes, in
+    /// pixels. Unlike all other culling this changes pixels; 0 leaves out nothing
+    #[arg(long, value_name = "PX", default_value_t = 0.0, value_parser = min_size)]
+    pub min_size: f64,
     /// Instruction set of wide code; one that the machine lacks is an error. Changes time, never a
     /// pixel
     #[arg(long, value_enum, default_value = "auto")]
@@ -242,6 +246,7 @@ impl RenderArgs {
             hierarchy: self.hierarchy == Switch::On,
             simd: self.simd.level()?,
             threads: usize::from(self.threads),
+            min_size_px: self.min_size,
             cull_view: None,
             renderer: match (self.renderer, self.raycast_geometry) {
                 (RendererName::Raster, _) => RendererKind::Raster,
@@ -264,6 +269,11 @@ pub fn size(text: &str) -> Result<(u32, u32), String> {
     let sides: (NonZeroU32, NonZeroU32) =
         sides.ok_or("give width x height in pixels, both at least 1, like 1280x720")?;
     Ok((sides.0.get(), sides.1.get()))
+}
+
+fn min_size(text: &str) -> Result<f64, String> {
+    let pixels = text.parse().ok().filter(|pixels: &f64| *pixels >= 0.0 && pixels.is_finite());
+    pixels.ok_or_else(|| "give a number of pixels, 0 or more".into())
 }
 
 fn region(text: &str) -> Result<Region, String> {

@@ -330,6 +330,7 @@ fn settings_json(args: &RenderArgs, camera: &Camera, viewport: Viewport, region:
         "png_compression": name(&args.png_compression),
         "cull": name(&args.cull),
         "hierarchy": name(&args.hierarchy),
+        "min_size": args.min_size,
         "simd": name(&args.simd),
         "threads": args.threads,
         "renderer": name(&args.renderer),
