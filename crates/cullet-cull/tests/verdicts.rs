@@ -185,7 +185,12 @@ fn case(rng: &mut Rng, kind: K) -> Case {
             let degrees = [rng.within(0.5, 179.5), 60.0, 90.0, 179.0, 179.99];
             let degrees = degrees[rng.below(5) as usize];
             let (target, up) = (eye + rng.vector(-9.0, 9.0), rng.vector(-1.0, 1.0));
-            let up = if rng.below(2) == 0 { DVec3::Y } else { up };
+            let up = match rng.below(4) {
+                0 => up,
+                // Almost along the view, where little is left of the products of the two.
+                1 => eye - target + up * [1e-2, 1e-4, 1e-6, 1e-8][rng.below(4) as usize],
+                _ => DVec3::Y,
+            };
             let lens = Projection::Perspective {
                 yfov: degrees.to_radians(),
                 near: window.near,

@@ -220,8 +220,7 @@ impl Camera {
         if !target.is_finite() {
             return Err(CameraError::NotFinite { what: "target" });
         }
-        let back = unit(eye * 0.5 - target * 0.5).ok_or(CameraError::NoDirection)?;
-        Camera::look_along(eye, back, up, projection)
+        Camera::look_along(eye, difference(eye * 0.5, target * 0.5), up, projection)
     }
 
     /// The camera of a node: it sits at the node's origin and looks down the node's -z, with
@@ -231,13 +230,14 @@ impl Camera {
         projection: Projection,
     ) -> Result<Self, CameraError> {
         let matrix = world_from_camera.matrix3;
-        let back = unit(matrix.z_axis).ok_or(CameraError::NoDirection)?;
+        let back = (matrix.z_axis, DVec3::ZERO);
         Camera::look_along(world_from_camera.translation, back, matrix.y_axis, projection)
     }
 
+    /// `back` is the sum of two vectors, of any length.
     fn look_along(
         eye: DVec3,
-        back: DVec3,
+        back: (DVec3, DVec3),
         up: DVec3,
         projection: Projection,
     ) -> Result<Self, CameraError> {
@@ -245,14 +245,19 @@ impl Camera {
             return Err(CameraError::NotFinite { what: "eye" });
         }
         projection.check()?;
-        let up = unit(up).ok_or(CameraError::NoUp)?;
-        let right = up.cross(back);
+        let scale = power_of_two(back.0).ok_or(CameraError::NoDirection)?;
+        let (back, rest) = (back.0 * scale, back.1 * scale);
+        let up = up * power_of_two(up).ok_or(CameraError::NoUp)?;
+        // Where the two are almost parallel little is left of the products: each must be exact,
+        // and so must be the difference of eye and target.
+        let right = cross(up, back) + up.cross(rest);
         // Sine of the angle between the two; below this, rounding alone decides where up is.
-        if right.length() < 1e-12 {
+        if right.length() < 1e-12 * up.length() * back.length() {
             return Err(CameraError::NoUp);
         }
+        let back = unit(back).ok_or(CameraError::NoDirection)?;
         let right = unit(right).ok_or(CameraError::NoUp)?;
-        Ok(Camera { eye, right, up: back.cross(right), back, projection })
+        Ok(Camera { eye, right, up: cross(back, right), back, projection })
     }
 
     /// Where the camera is, world space.
@@ -284,6 +289,36 @@ impl Camera {
     pub fn window(&self, aspect: f64) -> Window {
         self.projection.window(aspect)
     }
+}
+
+/// `a - b` as a rounded difference and what its rounding dropped (Knuth 1969).
+fn difference(a: DVec3, b: DVec3) -> (DVec3, DVec3) {
+    let difference = a - b;
+    let back = difference - a;
+    (difference, (a - (difference - back)) - (b + back))
+}
+
+/// The cross product, each component within 2 ulp, zero only if it is zero: the difference of two
+/// products with what their roundings dropped (Kahan; Jeannerod, Louvet and Muller 2013).
+fn cross(a: DVec3, b: DVec3) -> DVec3 {
+    let component = |a1: f64, b2: f64, a2: f64, b1: f64| {
+        let dropped = a2 * b1;
+        let error = libm::fma(-a2, b1, dropped);
+        libm::fma(a1, b2, -dropped) + error
+    };
+    DVec3::new(
+        component(a.y, b.z, a.z, b.y),
+        component(a.z, b.x, a.x, b.z),
+        component(a.x, b.y, a.y, b.x),
+    )
+}
+
+/// A power of two that brings the largest component of `v` near 1, or `None` for zero and for what
+/// is not finite.
+fn power_of_two(v: DVec3) -> Option<f64> {
+    let largest = v.abs().max_element();
+    let (_, exponent) = libm::frexp(largest);
+    (largest > 0.0 && v.is_finite()).then(|| libm::scalbn(1.0, -exponent.clamp(-1022, 1022)))
 }
 
 /// `v` at length 1, or `None` for zero and for what is not finite. Scales first, so that
