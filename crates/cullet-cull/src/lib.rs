@@ -41,8 +41,14 @@
 //!   with some `min > max` (and no NaN) is empty and is never visible.
 //! - Infinite extents are legal, and `0 * inf` counts as 0: a plane parallel to an axis
 //!   does not care how far a box reaches along it.
+//!
+//! # Without std
+//!
+//! With default features off, core and alloc are enough, here and in all dependencies. Only
+//! [`wide::levels`] and `Level::new()`, which ask the machine what it can, are missing then:
+//! the caller passes a level, `Level::baseline()` if nothing is known.
 
-#![cfg_attr(not(feature = "std"), no_std)]
+#![cfg_attr(not(any(feature = "std", test)), no_std)]
 
 extern crate alloc;
 

@@ -66,7 +66,8 @@ pub(crate) struct ExactRows {
 /// Numbers whose size is zero or within 2^±216: products of four of them, and all that
 /// rounding drops from these, stay clear of overflow and underflow.
 pub(crate) fn exact_range(x: f64) -> bool {
-    x == 0.0 || (2_f64.powi(-216)..=2_f64.powi(216)).contains(&x.abs())
+    const TWO_TO_216: f64 = f64::from_bits((1023 + 216) << 52); // `powi` needs std
+    x == 0.0 || (1.0 / TWO_TO_216..=TWO_TO_216).contains(&x.abs())
 }
 
 impl ExactRows {

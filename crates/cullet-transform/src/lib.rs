@@ -27,6 +27,8 @@
 //! Trigonometry comes from the `libm` crate, so the same camera gives the same bits on
 //! every machine.
 
+#![cfg_attr(not(any(feature = "std", test)), no_std)]
+
 mod camera;
 mod planes;
 mod spaces;
