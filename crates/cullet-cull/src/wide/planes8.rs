@@ -1,6 +1,6 @@
 //! The planes of a frustum as eight boxes meet them.
 
-use fearless_simd::{Simd, f32x8, mask32x8, prelude::*};
+use fearless_simd::{Simd, f32x8, prelude::*};
 
 use super::space::{down, up};
 use super::{Group, Row, Space};
@@ -162,16 +162,21 @@ impl Planes8 {
     /// share the work of fetching the planes.
     #[inline(always)]
     pub fn visible<S: Simd, const N: usize>(&self, simd: S, groups: &[Group; N]) -> [u8; N] {
-        let zero = f32x8::splat(simd, 0.0);
-        let mut visible = [mask32x8::splat(simd, true); N];
-        for plane in &self.planes {
+        let [first, others @ ..] = &self.planes;
+        let mut least = [f32x8::splat(simd, 0.0); N];
+        for i in 0..N {
+            least[i] = upper_end(simd, first, &groups[i]);
+        }
+        for plane in others {
             for i in 0..N {
-                visible[i] &= upper_end(simd, plane, &groups[i]).simd_ge(zero);
+                // Either all distances of a box are NaN, or none, and zeros are alike: which of two `min`
+                // prefers there does not matter.
+                least[i] = least[i].min(upper_end(simd, plane, &groups[i]));
             }
         }
         let mut bits = [0; N];
         for i in 0..N {
-            bits[i] = visible[i].to_bitmask() as u8;
+            bits[i] = least[i].simd_ge(f32x8::splat(simd, 0.0)).to_bitmask() as u8;
         }
         bits
     }
