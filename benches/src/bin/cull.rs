@@ -76,7 +76,7 @@ fn measure(world: World, n: usize, table: &mut Table) {
             &mut || {
                 for view in &views {
                     ours.clear();
-                    black_box(tree.walk(view, level, |ids, _| ours.extend_from_slice(ids)));
+                    black_box(&tree.walk(view, level, |ids, _| ours.extend_from_slice(ids)));
                     black_box(&mut ours);
                 }
             },
@@ -84,7 +84,7 @@ fn measure(world: World, n: usize, table: &mut Table) {
                 for view in &views {
                     sorted.clear();
                     let visit = |ids: &[u32], _| sorted.extend_from_slice(ids);
-                    black_box(tree.walk_near_to_far(view, level, visit));
+                    black_box(&tree.walk_near_to_far(view, level, visit));
                     black_box(&mut sorted);
                 }
             },

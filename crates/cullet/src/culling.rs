@@ -80,7 +80,7 @@ fn walk(
             }
         }
     });
-    stats.boxes_tested += walked.nodes().tested + walked.items.tested + n_asked;
+    stats.boxes_tested += walked.nodes.tested + walked.items.tested + n_asked;
 }
 
 /// What became of the objects, and of the triangles of those that are not drawn.

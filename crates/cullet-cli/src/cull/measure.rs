@@ -8,8 +8,8 @@ use std::time::Instant;
 use cullet::Level;
 use cullet::cull::wide::{Boxes8, levels};
 use cullet::cull::{
-    Aabb, Frustum, Hierarchy, NodeBox, PlaneMask, Quality, Sat, Test, WalkStats, planes_cutting,
-    reverse_visible,
+    Aabb, Counts, Frustum, Hierarchy, MAX_LEVELS, NodeBox, PlaneMask, Quality, Sat, Test,
+    WalkStats, planes_cutting, reverse_visible,
 };
 use cullet::transform::Plane;
 use cullet_measure::Summary;
@@ -98,6 +98,8 @@ pub struct TreeFigures {
     pub ms: Timing,
     /// What the walk did.
     pub stats: WalkStats,
+    /// What it found of the boxes of nodes, per level, root's children first.
+    pub walked: [Counts; MAX_LEVELS],
     /// Nodes that a walk tests if it asks nodes by planes, by [`Test::Both`], by [`Test::Sat`].
     pub n_tested_by: [u64; 3],
     /// Per level, root's children first.
@@ -231,6 +233,8 @@ impl<'a> Boxes<'a> {
         figures.tree.n_in = found.len() as u64;
         figures.tree.ms = timing(TESTS.len() + 1, 1e3);
         figures.tree.stats = stats;
+        figures.tree.walked = [Counts::default(); MAX_LEVELS];
+        self.tree.walk_by_level(frustum, self.level, &mut figures.tree.walked, |_, _| ());
     }
 
     /// The visible set by [`Test::Both`]: what the tree keeps, asked once more where a plane cuts.

@@ -111,7 +111,7 @@ fn figures(figures: &Figures) -> Value {
     hierarchy["test"] = Test::Both.name().into();
     hierarchy["in"] = tree.n_in.into();
     hierarchy["out"] = (n - tree.n_in).into();
-    hierarchy["nodes_tested"] = tree.stats.nodes().tested.into();
+    hierarchy["nodes_tested"] = tree.stats.nodes.tested.into();
     hierarchy["items_tested"] = tree.stats.items.tested.into();
     hierarchy["items_untested"] = tree.stats.n_untested.into();
     let [planes, both, exact] = tree.n_tested_by;
@@ -119,7 +119,7 @@ fn figures(figures: &Figures) -> Value {
 
     let planes = Plane::ALL.iter().zip(figures.planes());
     let planes = planes.map(|(plane, n)| json!({"plane": plane.name(), "out": n}));
-    let levels = tree.levels.iter().zip(&tree.stats.levels).enumerate();
+    let levels = tree.levels.iter().zip(&tree.walked).enumerate();
     let fates = Fate::ALL.iter().zip(figures.fates).map(|(fate, n)| (fate.name().into(), n.into()));
     json!({
         "tests": tests.collect::<Map<_, _>>(),

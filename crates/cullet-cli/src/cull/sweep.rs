@@ -55,7 +55,7 @@ pub fn metrics(shown: &[Shown]) -> Vec<Metric> {
             "boxes_tested",
             "boxes tested by the walk",
             &of_tree(|s| {
-                (s.figures.tree.stats.nodes().tested + s.figures.tree.stats.items.tested) as f64
+                (s.figures.tree.stats.nodes.tested + s.figures.tree.stats.items.tested) as f64
             }),
         ),
         metric("walk_ms", "walk, ms", &of_tree(|s| s.figures.tree.ms.warm())),

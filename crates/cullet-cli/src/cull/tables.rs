@@ -91,7 +91,7 @@ fn tree(measured: &Measured) -> String {
          keeps {}\n",
         measured.build_ms,
         tree.ms.warm(),
-        tree.stats.nodes().tested,
+        tree.stats.nodes.tested,
         tree.levels.iter().map(|level| level.n_nodes).sum::<u64>(),
         tree.stats.items.tested,
         tree.n_in,
@@ -106,7 +106,7 @@ fn tree(measured: &Measured) -> String {
     );
     let mut table =
         right("level", ["nodes", "tested", "out", "inside", "crossing", "false visible", "both"]);
-    for (i, (level, walked)) in tree.levels.iter().zip(&tree.stats.levels).enumerate() {
+    for (i, (level, walked)) in tree.levels.iter().zip(&tree.walked).enumerate() {
         let [.., planes, _, both, exact] = level.n_in;
         table.push([
             i.to_string(),

@@ -74,6 +74,9 @@ impl Tree {
                 if child.is_absent() != (node.present >> lane & 1 == 0) {
                     return fault("present children are not marked as such", index);
                 }
+                if child.group().is_some() != (node.leaves >> lane & 1 != 0) {
+                    return fault("leaves are not marked as such", index);
+                }
                 if child.is_absent() {
                     if !node.bounds.get(lane).min[0].is_nan() {
                         return fault("an absent child has a box", index);
@@ -117,12 +120,8 @@ impl Tree {
                             return fault("an item that is elsewhere", id as usize);
                         }
                         found[id as usize] = true;
-                        let reach = (0..3).all(|axis| {
-                            let farthest = bounds.min[axis].abs().max(bounds.max[axis].abs());
-                            farthest <= self.reach[axis]
-                        });
-                        if !reach {
-                            return fault("a box out of reach", slot);
+                        if self.bounds.union(&bounds) != self.bounds {
+                            return fault("a box beyond the box around all", slot);
                         }
                     }
                 }

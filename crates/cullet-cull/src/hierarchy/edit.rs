@@ -11,7 +11,7 @@ use alloc::vec::Vec;
 use super::build::{Item, Split, build_nodes, in_turn};
 use super::tree::{Child, NO_PARENT, Node, Place, Tree};
 use crate::Aabb;
-use crate::wide::{Box32, Group, Space, Stored, reach};
+use crate::wide::{Box32, Group, Space, Stored, around};
 
 /// The node and the lane that a link names.
 fn split(link: u32) -> (usize, usize) {
@@ -51,7 +51,7 @@ impl Tree {
                 }
             }
         }
-        self.reach = reach(&self.groups);
+        self.bounds = around(&self.groups);
         for id in moved {
             self.remove(id);
             self.insert(id, &boxes[id as usize]);
@@ -67,7 +67,7 @@ impl Tree {
         self.n_items += 1;
         if !self.has_root() {
             self.space = Space::around(&[*bounds]);
-            self.reach = [0.0; 3];
+            self.bounds = Box32::EMPTY;
         }
         match self.space.store(bounds) {
             Stored::Bounded(bounds) => self.insert_stored(Item { bounds, id }),
@@ -98,10 +98,7 @@ impl Tree {
     }
 
     fn insert_stored(&mut self, item: Item) {
-        for axis in 0..3 {
-            let farthest = item.bounds.min[axis].abs().max(item.bounds.max[axis].abs());
-            self.reach[axis] = self.reach[axis].max(farthest);
-        }
+        self.bounds = self.bounds.union(&item.bounds);
         if self.nodes.is_empty() {
             self.nodes.push(Node::EMPTY);
         }

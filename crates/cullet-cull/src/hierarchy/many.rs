@@ -39,7 +39,7 @@ pub(super) fn walk(
         }
     }
     if let (true, Some(first)) = (tree.has_root(), frusta.first()) {
-        let planes = |frustum| Planes8::new(frustum, &tree.space, tree.reach);
+        let planes = |frustum| Planes8::new(frustum, &tree.space, &tree.bounds);
         let mut all = [planes(first); MAX_FRUSTA];
         for (slot, frustum) in all.iter_mut().zip(frusta).skip(1) {
             *slot = planes(frustum);
@@ -55,7 +55,6 @@ pub(super) fn walk(
 #[derive(Clone, Copy, Default)]
 struct Pending {
     node: u32,
-    level: u32,
     cut_by: u64,
     inside: u64,
 }
@@ -77,15 +76,14 @@ impl Walker<'_> {
     #[inline(always)]
     fn run<S: Simd>(&mut self, simd: S, everyone: u64) {
         let mut stack = [Pending::default(); 7 * MAX_LEVELS + 8];
-        stack[0] = Pending { node: 0, level: 0, cut_by: everyone, inside: 0 };
+        stack[0] = Pending { node: 0, cut_by: everyone, inside: 0 };
         let mut n_pending = 1;
         while n_pending > 0 {
             n_pending -= 1;
-            let Pending { node, level, cut_by, inside } = stack[n_pending];
+            let Pending { node, cut_by, inside } = stack[n_pending];
             let node = &self.tree.nodes[node as usize];
             let verdicts = self.ask(simd, &node.bounds, cut_by, inside);
-            let counts = counts(node.present, &verdicts);
-            self.stats.levels[level as usize % MAX_LEVELS] += counts;
+            self.stats.nodes += counts(node.present, &verdicts);
             for lane in 0..8 {
                 let child = node.children[lane];
                 let (cut_by, inside) = (verdicts.cut_by[lane], verdicts.inside[lane]);
@@ -99,8 +97,7 @@ impl Walker<'_> {
                 } else if let Some(group) = child.group() {
                     self.sift(simd, group, child.len as usize, cut_by, inside);
                 } else if let Some(node) = child.node() {
-                    stack[n_pending] =
-                        Pending { node: node as u32, level: level + 1, cut_by, inside };
+                    stack[n_pending] = Pending { node: node as u32, cut_by, inside };
                     n_pending += 1;
                 }
             }

@@ -18,6 +18,7 @@ mod check;
 mod edit;
 mod many;
 mod nodes;
+mod ordered;
 mod rays;
 mod shapes;
 mod stats;
@@ -27,8 +28,8 @@ mod walk;
 use alloc::vec::Vec;
 
 use build::{Item, Split, build_nodes, in_turn, leaves, link};
+use ordered::{NearToFar, Occluded};
 use tree::{Place, Tree};
-use walk::{AnyOrder, NearToFar, Occluded};
 
 pub use build::Join;
 pub use check::{Fault, Quality};
@@ -78,13 +79,13 @@ impl Hierarchy {
             places[item.id as usize] = Place::Slot(slot as u32);
         }
         let parents = link(&mut nodes, groups.len());
-        let reach = crate::wide::reach(&groups);
+        let bounds = crate::wide::around(&groups);
         let n_items = boxes.len();
         let (free_nodes, free_groups) = (Vec::new(), Vec::new());
         Hierarchy {
             tree: Tree {
                 space,
-                reach,
+                bounds,
                 nodes,
                 groups,
                 ids,
@@ -120,7 +121,23 @@ impl Hierarchy {
         level: Level,
         mut visit: impl FnMut(&[u32], PlaneMask),
     ) -> WalkStats {
-        walk::walk(&self.tree, frustum, level, AnyOrder, &mut visit)
+        let mut stats = WalkStats::default();
+        walk::walk(&self.tree, frustum, level, None, &mut stats, &mut visit);
+        stats
+    }
+
+    /// Like [`Hierarchy::walk`], and adds what was found of the boxes of nodes to `levels`: the first
+    /// holds the children of the root.
+    pub fn walk_by_level(
+        &self,
+        frustum: &Frustum,
+        level: Level,
+        levels: &mut [Counts; MAX_LEVELS],
+        mut visit: impl FnMut(&[u32], PlaneMask),
+    ) -> WalkStats {
+        let mut stats = WalkStats::default();
+        walk::walk(&self.tree, frustum, level, Some(levels), &mut stats, &mut visit);
+        stats
     }
 
     /// Like [`Hierarchy::walk`], with nearer nodes and leaves before farther ones, by the middles of
@@ -131,7 +148,9 @@ impl Hierarchy {
         level: Level,
         mut visit: impl FnMut(&[u32], PlaneMask),
     ) -> WalkStats {
-        walk::walk(&self.tree, frustum, level, NearToFar, &mut visit)
+        let mut stats = WalkStats::default();
+        ordered::walk(&self.tree, frustum, level, &mut NearToFar, &mut stats, &mut visit);
+        stats
     }
 
     /// Like [`Hierarchy::walk_near_to_far`], and before it looks into a node or a leaf that the
@@ -147,7 +166,9 @@ impl Hierarchy {
         mut occluded: impl FnMut(&Aabb) -> bool,
         mut visit: impl FnMut(&[u32], PlaneMask),
     ) -> WalkStats {
-        walk::walk(&self.tree, frustum, level, Occluded(&mut occluded), &mut visit)
+        let (mut stats, mut manner) = (WalkStats::default(), Occluded(&mut occluded));
+        ordered::walk(&self.tree, frustum, level, &mut manner, &mut stats, &mut visit);
+        stats
     }
 
     /// All visible items with their masks, in no particular order.

@@ -85,8 +85,9 @@ mod tests {
             DVec4::new(-2.0 / 3.0, -2.0 / 3.0, 0.0, 1.0),
         );
         let frustum = Frustum::from_matrix(&matrix, crate::DepthRange::ZeroToOne).unwrap();
-        let stats = tree.walk(&frustum, Level::new(), |_, _| {});
-        for (level, counts) in stats.levels.iter().enumerate() {
+        let mut levels = [crate::Counts::default(); crate::MAX_LEVELS];
+        tree.walk_by_level(&frustum, Level::new(), &mut levels, |_, _| {});
+        for (level, counts) in levels.iter().enumerate() {
             let n = boxes.iter().filter(|node| node.level == level).count() as u64;
             assert!(counts.tested <= n, "level {level}");
             assert!(level > 0 || counts.tested == n);

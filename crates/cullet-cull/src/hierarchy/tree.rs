@@ -81,17 +81,26 @@ pub(super) struct Node {
     pub parent: u32,
     /// One bit per child there is.
     pub present: u8,
+    /// One bit per child that is a leaf.
+    pub leaves: u8,
 }
 
 impl Node {
-    pub const EMPTY: Node =
-        Node { bounds: Group::ABSENT, children: [Child::ABSENT; 8], parent: NO_PARENT, present: 0 };
+    pub const EMPTY: Node = Node {
+        bounds: Group::ABSENT,
+        children: [Child::ABSENT; 8],
+        parent: NO_PARENT,
+        present: 0,
+        leaves: 0,
+    };
 
     /// Puts a child in `lane`.
     pub fn set(&mut self, lane: usize, child: Child, bounds: &Box32) {
         self.children[lane] = child;
         self.bounds.set(lane, bounds);
         self.present |= 1 << lane;
+        self.leaves &= !(1 << lane);
+        self.leaves |= u8::from(child.group().is_some()) << lane;
     }
 
     /// Takes the child in `lane` away.
@@ -99,6 +108,7 @@ impl Node {
         self.children[lane] = Child::ABSENT;
         self.bounds.clear(lane);
         self.present &= !(1 << lane);
+        self.leaves &= !(1 << lane);
     }
 
     /// Moves the nodes of all children by `offset`.
@@ -124,8 +134,8 @@ pub(super) enum Place {
 #[derive(Clone, Debug)]
 pub(super) struct Tree {
     pub space: Space,
-    /// The largest coordinate stored, by axis.
-    pub reach: [f32; 3],
+    /// Around all stored boxes; may be larger than need be.
+    pub bounds: Box32,
     /// The root is the first; nodes taken out of use stay until one is needed.
     pub nodes: Vec<Node>,
     /// The boxes of the items, leaf by leaf.

@@ -1,110 +1,84 @@
-//! One frustum through the tree.
+//! One frustum through the tree, in any order, as fast as possible.
 //!
 //! A node is tested with the planes its own box was found to be cut by, all children at once,
 //! and each surviving child inherits what cuts it (Bishop, Eberly, Whitted, Finch and Shantz,
 //! "Designing a PC Game Engine", 1998; Assarsson and Möller, "Optimized View Frustum Culling
 //! Algorithms for Bounding Boxes", 2000). A child that nothing cuts needs no further test: its
 //! items lie side by side and are returned as one run.
+//!
+//! The box around everything is tested first, plane by plane as each is made ready, so a frustum
+//! that sees nothing costs little more than the plane that says so.
+//!
+//! What is returned of the leaves of a node is settled for all of them together, one bit per
+//! item: that asks memory for eight leaves at a time, guesses few branches wrongly, and returns
+//! all items with the same mask in one run.
 
-use fearless_simd::{Simd, dispatch, f32x8, prelude::*};
+use fearless_simd::{Simd, dispatch};
 
 use super::stats::{Counts, MAX_LEVELS, WalkStats};
-use super::tree::{Child, Tree};
-use crate::wide::{Group, Level, Planes8, Row, Verdict};
-use crate::{Aabb, Frustum, PlaneMask, planes_cutting};
-
-/// What to do beyond finding the visible items.
-pub(super) trait Manner {
-    /// Children in this order along the view direction, nearest first; else as they come.
-    const NEAR_TO_FAR: bool;
-    /// Every box of a node or leaf is shown to [`Manner::hidden`], none skipped for a run.
-    const ASKS: bool;
-    /// Whether nothing in this box can be seen.
-    fn hidden(&mut self, bounds: &Aabb) -> bool;
-}
-
-/// As fast as possible.
-pub(super) struct AnyOrder;
-
-impl Manner for AnyOrder {
-    const NEAR_TO_FAR: bool = false;
-    const ASKS: bool = false;
-    fn hidden(&mut self, _: &Aabb) -> bool {
-        false
-    }
-}
-
-/// Nearest first.
-pub(super) struct NearToFar;
-
-impl Manner for NearToFar {
-    const NEAR_TO_FAR: bool = true;
-    const ASKS: bool = false;
-    fn hidden(&mut self, _: &Aabb) -> bool {
-        false
-    }
-}
-
-/// Nearest first, and a question before each box.
-pub(super) struct Occluded<'a>(pub &'a mut dyn FnMut(&Aabb) -> bool);
-
-impl Manner for Occluded<'_> {
-    const NEAR_TO_FAR: bool = true;
-    const ASKS: bool = true;
-    fn hidden(&mut self, bounds: &Aabb) -> bool {
-        (self.0)(bounds)
-    }
-}
+use super::tree::{Node, Tree};
+use crate::wide::{Level, Planes8, Verdict};
+use crate::{Frustum, PlaneMask, planes_cutting};
 
 /// Receives runs of items that share a mask.
 pub(super) type Visit<'a> = dyn FnMut(&[u32], PlaneMask) + 'a;
 
-pub(super) fn walk<M: Manner>(
+pub(super) fn walk(
     tree: &Tree,
     frustum: &Frustum,
     level: Level,
-    mut manner: M,
+    levels: Option<&mut [Counts; MAX_LEVELS]>,
+    stats: &mut WalkStats,
     visit: &mut Visit<'_>,
-) -> WalkStats {
-    let mut stats = WalkStats::default();
+) {
+    if let Some(planes) = begin(tree, frustum, stats, visit) {
+        let (ids, run) = ([0; 64], [0; 64]);
+        let mut walker = Walker { tree, planes, ids, run, stats, levels, visit };
+        dispatch!(level, simd => walker.run(simd));
+    }
+}
+
+/// Asks about what is kept beside the tree, then about the box around it: the planes for all
+/// that is in it, unless nothing is visible.
+#[inline]
+pub(super) fn begin(
+    tree: &Tree,
+    frustum: &Frustum,
+    stats: &mut WalkStats,
+    visit: &mut Visit<'_>,
+) -> Option<Planes8> {
+    if !tree.beside.is_empty() {
+        ask_beside(tree, frustum, stats, visit);
+    }
+    if tree.nodes.is_empty() {
+        return None;
+    }
+    let planes = Planes8::cutting(frustum, &tree.space, &tree.bounds);
+    stats.nodes += Counts::of_one(planes.as_ref().map(|planes| planes.asked));
+    planes
+}
+
+#[cold]
+fn ask_beside(tree: &Tree, frustum: &Frustum, stats: &mut WalkStats, visit: &mut Visit<'_>) {
     for (id, bounds) in &tree.beside {
         let cutting = planes_cutting(bounds, frustum, PlaneMask::ALL);
-        let counts = match cutting {
-            None => Counts { tested: 1, outside: 1, ..Counts::default() },
-            Some(PlaneMask::NONE) => Counts { tested: 1, inside: 1, ..Counts::default() },
-            Some(_) => Counts { tested: 1, straddling: 1, ..Counts::default() },
-        };
-        stats.items += counts;
+        stats.items += Counts::of_one(cutting);
         if let Some(cutting) = cutting {
             stats.n_visible += 1;
             visit(&[*id], cutting);
         }
     }
-    if tree.has_root() {
-        let planes = Planes8::new(frustum, &tree.space, tree.reach);
-        let forward = forward(frustum);
-        let mut walker = Walker { tree, planes, forward, stats: &mut stats, visit };
-        dispatch!(level, simd => walker.run(simd, &mut manner));
-    }
-    stats
 }
 
-/// The view direction as far as order goes: away from the near plane.
-fn forward(frustum: &Frustum) -> [f32; 3] {
-    frustum.planes[cullet_transform::Plane::Near.index()].normal.to_array().map(|x| x as f32)
-}
-
-/// A child still to be looked at. Eight bytes without a gap, so that a stack of them is cleared
-/// in one sweep: with a gap that took a third of a walk that sees nothing.
+/// A node still to be entered. Eight bytes without a gap, so that a stack of them is cleared in
+/// one sweep.
 #[derive(Clone, Copy, Default)]
 struct Pending {
-    /// The node it is a child of.
     node: u32,
-    /// Its own, counted from 0 for the children of the root.
+    /// 0 for the root.
     level: u16,
-    lane: u8,
-    /// The planes that cut it.
-    cutting: PlaneMask,
+    /// The planes that cut it, one bit each.
+    cutting: u16,
 }
 
 /// A node leaves the stack before its eight children enter it.
@@ -113,159 +87,145 @@ const STACK: usize = 7 * MAX_LEVELS + 8;
 struct Walker<'a> {
     tree: &'a Tree,
     planes: Planes8,
-    forward: [f32; 3],
+    /// The items of the leaves of a node, eight each.
+    ids: [u32; 64],
+    /// Those of them that share a mask.
+    run: [u32; 64],
     stats: &'a mut WalkStats,
+    /// Boxes of nodes by level, for those who want to know.
+    levels: Option<&'a mut [Counts; MAX_LEVELS]>,
     visit: &'a mut Visit<'a>,
 }
 
 impl Walker<'_> {
     #[inline(always)]
-    fn run<S: Simd, M: Manner>(&mut self, simd: S, manner: &mut M) {
-        let mut stack = Stack { pending: [Pending::default(); STACK], n: 0 };
-        self.enter::<S, M>(simd, 0, 0, self.planes.asked, &mut stack);
-        while let Some(Pending { node, lane, level, cutting }) = stack.pop() {
-            let parent = &self.tree.nodes[node as usize];
-            let lane = usize::from(lane & 7);
-            if M::ASKS && manner.hidden(&self.tree.space.restore(&parent.bounds.get(lane))) {
-                self.stats.n_occluded += 1;
-                continue;
+    fn run<S: Simd>(&mut self, simd: S) {
+        let mut stack = [Pending::default(); STACK];
+        stack[0].cutting = u16::from(self.planes.asked.bits());
+        let mut n_pending = 1;
+        while n_pending > 0 {
+            n_pending -= 1;
+            let Pending { node, level, cutting } = stack[n_pending];
+            let node = &self.tree.nodes[node as usize];
+            let asked = PlaneMask::from_bits(cutting as u8);
+            let verdict = self.ask(simd, node, level, asked);
+            let within = verdict.inside();
+            let scattered = self.take(node, within);
+            let cut = verdict.visible & !within;
+            if cut & node.leaves != 0 {
+                self.sift(simd, node, cut & node.leaves, verdict);
             }
-            let child = parent.children[lane];
-            if let Some(group) = child.group() {
-                self.sift(simd, group, child, cutting);
-            } else if cutting.is_empty() && child.len > 0 && !M::ASKS {
-                self.take(child);
-            } else if let Some(node) = child.node() {
-                self.enter::<S, M>(simd, node, level + 1, cutting, &mut stack);
-            }
-        }
-    }
-
-    /// Tests the children of a node and puts those that remain on the stack.
-    #[inline(always)]
-    fn enter<S: Simd, M: Manner>(
-        &mut self,
-        simd: S,
-        index: usize,
-        level: u16,
-        asked: PlaneMask,
-        stack: &mut Stack,
-    ) {
-        let node = &self.tree.nodes[index];
-        let (mut visible, mut masks) = (node.present, [0; 8]);
-        if !asked.is_empty() {
-            let verdict = self.planes.test(simd, &node.bounds, asked);
-            self.stats.n_groups += 1;
-            self.stats.levels[usize::from(level) % MAX_LEVELS] += counts(node.present, verdict);
-            (visible, masks) = (verdict.visible, verdict.masks());
-        }
-        let node = index as u32;
-        if M::NEAR_TO_FAR {
-            let keys = along(simd, &self.tree.nodes[index].bounds, self.forward);
-            let base = stack.n;
-            while visible != 0 {
-                let lane = visible.trailing_zeros() as usize;
-                visible &= visible - 1;
-                let cutting = PlaneMask::from_bits(masks[lane]);
-                stack.push(Pending { node, lane: lane as u8, level, cutting });
-                stack.sink(base, &keys);
-            }
-        } else {
-            while visible != 0 {
-                let lane = 7 - visible.leading_zeros() as usize;
-                visible ^= 1 << lane;
-                let cutting = PlaneMask::from_bits(masks[lane]);
-                stack.push(Pending { node, lane: lane as u8, level, cutting });
+            let masks = verdict.masks();
+            let mut enter = cut & !node.leaves | scattered;
+            while enter != 0 {
+                let lane = 7 - enter.leading_zeros() as usize;
+                enter ^= 1 << lane;
+                let child = node.children[lane].node().unwrap_or(0) as u32;
+                stack[n_pending] =
+                    Pending { node: child, level: level + 1, cutting: u16::from(masks[lane]) };
+                n_pending += 1;
             }
         }
     }
 
-    /// Tests the items of a leaf.
+    /// Tests the children of a node.
     #[inline(always)]
-    fn sift<S: Simd>(&mut self, simd: S, group: usize, leaf: Child, asked: PlaneMask) {
+    fn ask<S: Simd>(&mut self, simd: S, node: &Node, level: u16, asked: PlaneMask) -> Verdict {
         if asked.is_empty() {
-            return self.take(leaf);
+            return Verdict::inside_all(node.present);
         }
-        let verdict = self.planes.test(simd, &self.tree.groups[group], asked);
-        let present = 0xff >> (8 - leaf.len.clamp(1, 8));
+        let verdict = self.planes.test(simd, &node.bounds, asked);
         self.stats.n_groups += 1;
-        self.stats.items += counts(present, verdict);
-        self.stats.n_visible += u64::from(verdict.visible.count_ones());
-        let ids = &self.tree.ids[leaf.slots()];
-        if verdict.inside() == present {
-            return (self.visit)(ids, PlaneMask::NONE);
+        let counts = Counts::of(node.present, verdict);
+        self.stats.nodes += counts;
+        if let Some(levels) = &mut self.levels {
+            levels[usize::from(level) % MAX_LEVELS] += counts;
         }
-        // One call per mask: neighbours are mostly cut by the same plane.
-        let masks = verdict.masks();
-        let mut left = verdict.visible;
-        while left != 0 {
-            let mask = masks[left.trailing_zeros() as usize];
-            let (mut run, mut n) = ([0; 8], 0);
-            for (lane, id) in ids.iter().enumerate() {
-                let belongs = left >> lane & u8::from(masks[lane & 7] == mask);
-                run[n & 7] = *id;
-                n += usize::from(belongs & 1);
-                left &= !((belongs & 1) << lane);
+        verdict
+    }
+
+    /// Returns everything below the children in `lanes`, neighbours together; but for those below
+    /// whom items are scattered, which are the answer.
+    #[inline(always)]
+    fn take(&mut self, node: &Node, mut lanes: u8) -> u8 {
+        let (mut scattered, mut run) = (0, 0..0);
+        while lanes != 0 {
+            let lane = lanes.trailing_zeros() as usize;
+            lanes &= lanes - 1;
+            let slots = node.children[lane & 7].slots();
+            scattered |= u8::from(slots.is_empty()) << lane;
+            if slots.start != run.end {
+                self.deliver(run);
+                run = slots.start..slots.start;
             }
-            (self.visit)(&run[..n.min(8)], PlaneMask::from_bits(mask));
+            run.end = slots.end;
+        }
+        self.deliver(run);
+        scattered
+    }
+
+    #[inline(always)]
+    fn deliver(&mut self, slots: core::ops::Range<usize>) {
+        if !slots.is_empty() {
+            self.stats.n_untested += slots.len() as u64;
+            self.stats.n_visible += slots.len() as u64;
+            (self.visit)(&self.tree.ids[slots], PlaneMask::NONE);
         }
     }
 
-    /// Returns everything below a child, whose slots lie side by side.
+    /// Tests the items in those of a node's `leaves` that planes cut, not none, as `verdict` says.
     #[inline(always)]
-    fn take(&mut self, child: Child) {
-        self.stats.n_untested += u64::from(child.len);
-        self.stats.n_visible += u64::from(child.len);
-        (self.visit)(&self.tree.ids[child.slots()], PlaneMask::NONE);
-    }
-}
-
-#[inline(always)]
-fn counts(present: u8, verdict: Verdict) -> Counts {
-    let count = |bits: u8| u64::from(bits.count_ones());
-    let (visible, inside) = (count(verdict.visible), count(verdict.inside()));
-    let tested = count(present);
-    Counts { tested, outside: tested - visible, inside, straddling: visible - inside }
-}
-
-/// How far the middle of each box lies along `direction`, times two.
-#[inline(always)]
-fn along<S: Simd>(simd: S, group: &Group, direction: [f32; 3]) -> [f32; 8] {
-    let mut sum = f32x8::splat(simd, 0.0);
-    for (axis, component) in direction.into_iter().enumerate() {
-        let min = f32x8::simd_from(simd, *group.row(Row::MIN[axis]));
-        let max = f32x8::simd_from(simd, *group.row(Row::MAX[axis]));
-        sum += (min + max) * component;
-    }
-    sum.into()
-}
-
-struct Stack {
-    pending: [Pending; STACK],
-    n: usize,
-}
-
-impl Stack {
-    #[inline(always)]
-    fn push(&mut self, pending: Pending) {
-        self.pending[self.n] = pending;
-        self.n += 1;
-    }
-
-    #[inline(always)]
-    fn pop(&mut self) -> Option<Pending> {
-        self.n = self.n.checked_sub(1)?;
-        Some(self.pending[self.n])
-    }
-
-    /// Lets the topmost sink, no further than `base`, until none above it is farther.
-    #[inline(always)]
-    fn sink(&mut self, base: usize, keys: &[f32; 8]) {
-        let key = |pending: Pending| keys[usize::from(pending.lane & 7)];
-        let mut i = self.n - 1;
-        while i > base && key(self.pending[i - 1]) <= key(self.pending[i]) {
-            self.pending.swap(i - 1, i);
-            i -= 1;
+    fn sift<S: Simd>(&mut self, simd: S, node: &Node, leaves: u8, verdict: Verdict) {
+        // Bit 8 l + i: item i of the leaf in lane l.
+        let (mut present, mut visible, mut cut_by) = (0_u64, 0_u64, [0_u64; 6]);
+        let mut left = leaves;
+        while left != 0 {
+            let lane = left.trailing_zeros() as usize & 7;
+            left &= left - 1;
+            let leaf = node.children[lane];
+            present |= (0xff >> (8 - leaf.len.clamp(1, 8))) << (8 * lane);
+            visible |= 0xff << (8 * lane);
+            let first = leaf.first as usize;
+            self.ids[8 * lane..8 * lane + 8].copy_from_slice(&self.tree.ids[first..first + 8]);
+        }
+        for (plane, cut_by) in cut_by.iter_mut().enumerate() {
+            let mut left = verdict.cut_by(plane) & leaves;
+            while left != 0 {
+                let lane = left.trailing_zeros() as usize & 7;
+                left &= left - 1;
+                let group = &self.tree.groups[node.children[lane].first as usize / 8];
+                let (reached, inside) = self.planes.ask(simd, plane, group);
+                visible &= !(u64::from(!reached) << (8 * lane));
+                *cut_by |= u64::from(!inside) << (8 * lane);
+            }
+        }
+        let all_cut = cut_by.iter().fold(0, |all, cut_by| all | cut_by);
+        let count = |bits: u64| u64::from(bits.count_ones());
+        self.stats.n_groups += u64::from(leaves.count_ones());
+        self.stats.n_visible += count(visible);
+        self.stats.items += Counts {
+            tested: count(present),
+            outside: count(present & !visible),
+            inside: count(visible & !all_cut),
+            straddling: count(visible & all_cut),
+        };
+        let mut left = visible;
+        while left != 0 {
+            let first = left.trailing_zeros();
+            let (mut alike, mut mask) = (left, 0);
+            for (plane, cut_by) in cut_by.iter().enumerate() {
+                let is_cut = cut_by >> first & 1;
+                mask |= (is_cut as u8) << plane;
+                alike &= cut_by ^ is_cut.wrapping_sub(1);
+            }
+            left &= !alike;
+            let mut n = 0;
+            while alike != 0 {
+                self.run[n & 63] = self.ids[alike.trailing_zeros() as usize & 63];
+                alike &= alike - 1;
+                n += 1;
+            }
+            (self.visit)(&self.run[..n.min(64)], PlaneMask::from_bits(mask));
         }
     }
 }

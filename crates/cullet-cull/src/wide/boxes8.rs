@@ -4,7 +4,7 @@ use alloc::vec::Vec;
 
 use fearless_simd::{Simd, dispatch};
 
-use super::{Group, Level, Planes8, Space, Stored};
+use super::{Box32, Group, Level, Planes8, Space, Stored};
 use crate::{Aabb, Frustum, PlaneMask, planes_cutting};
 
 /// Boxes as a frustum likes them: f32, groups of eight, 24 bytes a box.
@@ -15,8 +15,8 @@ use crate::{Aabb, Frustum, PlaneMask, planes_cutting};
 pub struct Boxes8 {
     pub(crate) space: Space,
     pub(crate) groups: Vec<Group>,
-    /// The largest coordinate stored, by axis.
-    pub(crate) reach: [f32; 3],
+    /// Around all stored boxes.
+    pub(crate) bounds: Box32,
     pub(crate) beside: Vec<(u32, Aabb)>,
     n_boxes: usize,
 }
@@ -34,8 +34,8 @@ impl Boxes8 {
                 Stored::Empty => {}
             }
         }
-        let reach = reach(&groups);
-        Boxes8 { space, groups, reach, beside, n_boxes: boxes.len() }
+        let bounds = around(&groups);
+        Boxes8 { space, groups, bounds, beside, n_boxes: boxes.len() }
     }
 
     /// How many boxes, empty ones included.
@@ -82,13 +82,13 @@ impl Boxes8 {
     }
 
     pub(crate) fn planes(&self, frustum: &Frustum) -> Planes8 {
-        Planes8::new(frustum, &self.space, self.reach)
+        Planes8::new(frustum, &self.space, &self.bounds)
     }
 }
 
-/// The largest coordinate by axis.
-pub(crate) fn reach(groups: &[Group]) -> [f32; 3] {
-    groups.iter().map(Group::reach).fold([0.0; 3], |a, b| core::array::from_fn(|i| a[i].max(b[i])))
+/// The least box around all boxes in `groups`.
+pub(crate) fn around(groups: &[Group]) -> Box32 {
+    groups.iter().fold(Box32::EMPTY, |all, group| all.union(&group.union()))
 }
 
 #[inline(always)]

@@ -22,6 +22,21 @@ impl Box32 {
         all
     }
 
+    /// The largest coordinate along each axis, without sign; 0 for an empty box.
+    #[inline]
+    pub fn reach(&self) -> [f32; 3] {
+        core::array::from_fn(|i| {
+            if self.min[i] <= self.max[i] { (-self.min[i]).max(self.max[i]) } else { 0.0 }
+        })
+    }
+
+    /// One of the bounds.
+    #[inline(always)]
+    pub fn at(&self, row: Row) -> f32 {
+        let row = row as usize;
+        if row < 3 { self.min[row] } else { self.max[row - 3] }
+    }
+
     /// Twice the middle along `axis`.
     #[inline]
     pub fn center2(&self, axis: usize) -> f32 {
@@ -114,14 +129,6 @@ impl Group {
             max: Row::MAX.map(|row| fold(row, f32::NEG_INFINITY, f32::max)),
         }
     }
-
-    /// The largest coordinate along each axis, without sign; 0 if all are absent.
-    pub fn reach(&self) -> [f32; 3] {
-        core::array::from_fn(|axis| {
-            let rows = self.rows[axis].iter().chain(&self.rows[axis + 3]);
-            rows.fold(0.0_f32, |reach, x| reach.max(x.abs()))
-        })
-    }
 }
 
 #[cfg(test)]
@@ -132,11 +139,11 @@ mod tests {
     fn absent_boxes_are_neutral() {
         let mut group = Group::ABSENT;
         assert_eq!(group.union(), Box32::EMPTY);
-        assert_eq!(group.reach(), [0.0; 3]);
+        assert_eq!(group.union().reach(), [0.0; 3]);
         let a = Box32 { min: [-3.0, 0.0, 1.0], max: [1.0, 2.0, 4.0] };
         group.set(5, &a);
         assert_eq!((group.union(), group.get(5)), (a, a));
-        assert_eq!(group.reach(), [3.0, 2.0, 4.0]);
+        assert_eq!(group.union().reach(), [3.0, 2.0, 4.0]);
         assert!(group.get(4).min[0].is_nan());
         group.clear(5);
         assert_eq!(group.union(), Box32::EMPTY);

@@ -23,8 +23,8 @@
 //!    each bound moves outwards by 8u of itself, then to the next f32 outwards. That pays for all
 //!    that scales with a coordinate, with no instruction in the test; also for the f64 uncertainty of
 //!    the coefficient (its slack) where that is below u of it.
-//! 2. The offset, rebased in f64, exists twice, as an upper and a lower end. The ends lie 8u of
-//!    the offset apart from it, and 2^-146, and the f64 uncertainty of the rebased offset.
+//! 2. The offset, rebased in f64, exists twice, as an upper and a lower end. The ends lie at least
+//!    6u of the offset apart from it, and 2^-147, and the f64 uncertainty of the rebased offset.
 //! 3. What remains belongs to coefficients close to zero, or to planes that were moved outwards on
 //!    purpose: a slack above u of its coefficient counts in the ends, times the largest
 //!    coordinate stored, and a coefficient below 2^-60 becomes 0 and counts there as well.
@@ -55,7 +55,7 @@ pub use fearless_simd::Level;
 #[cfg(feature = "std")]
 pub use level::levels;
 
-pub(crate) use boxes8::reach;
+pub(crate) use boxes8::around;
 pub(crate) use group::{Box32, Group, Row};
 pub(crate) use planes8::{Planes8, Verdict};
 pub(crate) use space::{Space, Stored};

@@ -1,16 +1,22 @@
 //! The planes of a frustum as eight boxes meet them.
 
 use fearless_simd::{Simd, f32x8, prelude::*};
+use glam::DVec3;
 
-use super::space::{down, up};
-use super::{Group, Row, Space};
+use super::{Box32, Group, Row, Space};
 use crate::{Frustum, PlaneMask};
+
+/// The index of the near plane.
+const NEAR: usize = cullet_transform::Plane::Near.index();
 
 /// 2^-24, the unit roundoff of f32.
 const U: f64 = 1.0 / (1 << 24) as f64;
 
 /// Coefficients below this become 0.
 const SMALLEST: f64 = 1.0 / (1_u64 << 60) as f64;
+
+/// No component of a unit vector is larger, whatever rounding did to it.
+const LARGEST: DVec3 = DVec3::splat(2.0);
 
 /// More than a sum of underflows loses.
 const UNDERFLOW: f64 = f32::MIN_POSITIVE as f64 / (1 << 20) as f64;
@@ -42,12 +48,21 @@ impl Plane32 {
     /// Everything is inside.
     const AT_INFINITY: Plane32 = Plane32 { inner: f32::INFINITY, ..Plane32::UNKNOWN };
 
-    /// Plane `index` of `frustum`, for boxes stored in `space` with no coordinate beyond `reach`.
-    fn new(frustum: &Frustum, index: usize, space: &Space, reach: [f32; 3]) -> Plane32 {
+    /// Plane `index`, for boxes within `bounds`, unless it excludes all of them.
+    #[inline(always)]
+    fn reaching(frustum: &Frustum, index: usize, space: &Space, bounds: &Box32) -> Option<Plane32> {
+        let plane = Plane32::new(frustum, index, space, bounds);
+        let [x, y, z] = plane.normal.map(|n| n < 0.0);
+        let far = |axis: usize, is_min| [bounds.max[axis], bounds.min[axis]][usize::from(is_min)];
+        let may_reach =
+            distance_1(plane.normal, [far(0, x), far(1, y), far(2, z)], plane.outer) >= 0.0;
+        may_reach.then_some(plane)
+    }
+
+    /// Plane `index` of `frustum`, for boxes stored in `space` that all lie within `bounds`.
+    #[inline(always)]
+    fn new(frustum: &Frustum, index: usize, space: &Space, bounds: &Box32) -> Plane32 {
         let (plane, slack) = (&frustum.planes[index], frustum.uncertainty(index));
-        if plane.offset == f64::INFINITY {
-            return Plane32::AT_INFINITY;
-        }
         let from_eye = (space.origin - frustum.origin) * space.scale;
         let (offset, offset_slack) = (plane.offset * space.scale, slack.offset * space.scale);
         let terms = plane.normal * from_eye;
@@ -57,37 +72,49 @@ impl Plane32 {
         let mut doubt = 8.0 * f64::EPSILON * (terms.abs().element_sum() + offset.abs())
             + slack.normal.dot(from_eye.abs())
             + offset_slack;
-        let mut normal = [0.0; 3];
-        for axis in 0..3 {
-            let (n, reach) = (plane.normal[axis], f64::from(reach[axis]));
-            if slack.normal[axis] > U * n.abs() {
-                doubt += slack.normal[axis] * reach;
-            }
-            if n.abs() < SMALLEST {
-                doubt += n.abs() * reach;
-            } else {
-                normal[axis] = n as f32;
-            }
+        let (mut normal, size) = (plane.normal, plane.normal.abs());
+        let ordinary =
+            size.cmpge(DVec3::splat(SMALLEST)) & slack.normal.cmple(U * size) & size.cmple(LARGEST);
+        if !ordinary.all() {
+            let lost;
+            (normal, lost) = without_the_small(normal, slack.normal, bounds);
+            doubt += lost;
         }
-        let known = (rebased + doubt).is_finite() && normal.iter().all(|n| n.abs() <= 2.0);
-        if !known {
-            return Plane32::UNKNOWN;
+        if !(rebased + doubt).is_finite() {
+            let at_infinity = plane.offset == f64::INFINITY;
+            return if at_infinity { Plane32::AT_INFINITY } else { Plane32::UNKNOWN };
         }
+        let normal = normal.to_array().map(|n| n as f32);
         let (greatest, least) = (rebased + doubt, rebased - doubt);
         let (mut far, mut near) = (Row::MAX, Row::MIN);
         for axis in 0..3 {
             if normal[axis] < 0.0 {
-                core::mem::swap(&mut far[axis], &mut near[axis]);
+                (far[axis], near[axis]) = (near[axis], far[axis]);
             }
         }
         Plane32 {
             normal,
             far,
             near,
-            outer: up(greatest + 8.0 * U * greatest.abs() + UNDERFLOW),
-            inner: down(least - 8.0 * U * least.abs() - UNDERFLOW),
+            outer: (greatest + 8.0 * U * greatest.abs() + UNDERFLOW) as f32,
+            inner: (least - 8.0 * U * least.abs() - UNDERFLOW) as f32,
         }
     }
+}
+
+/// The normal with 0 for coefficients next to it, and how far that, and slack above u of a
+/// coefficient, can move a corner of `bounds`. NaN for no normal at all.
+#[cold]
+fn without_the_small(normal: DVec3, slack: DVec3, bounds: &Box32) -> (DVec3, f64) {
+    let size = normal.abs();
+    if !size.cmple(LARGEST).all() {
+        return (normal, f64::NAN);
+    }
+    let small = size.cmplt(DVec3::splat(SMALLEST));
+    let lost = DVec3::select(slack.cmpgt(U * size), slack, DVec3::ZERO)
+        + DVec3::select(small, size, DVec3::ZERO);
+    let reach = DVec3::from_array(bounds.reach().map(f64::from));
+    (DVec3::select(small, DVec3::ZERO, normal), lost.dot(reach))
 }
 
 /// Six planes in stored units.
@@ -114,6 +141,18 @@ impl Verdict {
         transposed(self.cutting).to_le_bytes()
     }
 
+    /// What there is to say of boxes of which nothing is asked: those present are inside.
+    #[inline(always)]
+    pub fn inside_all(present: u8) -> Verdict {
+        Verdict { visible: present, cutting: 0 }
+    }
+
+    /// One bit per box that plane `index` may cut, meaningful for visible boxes.
+    #[inline(always)]
+    pub fn cut_by(self, index: usize) -> u8 {
+        (self.cutting >> (8 * index)) as u8
+    }
+
     /// One bit per visible box that no plane cuts.
     #[inline(always)]
     pub fn inside(self) -> u8 {
@@ -124,10 +163,10 @@ impl Verdict {
 }
 
 impl Planes8 {
-    /// The planes of `frustum` for boxes stored in `space` with no coordinate beyond `reach`.
-    pub fn new(frustum: &Frustum, space: &Space, reach: [f32; 3]) -> Planes8 {
+    /// The planes of `frustum` for boxes stored in `space` that all lie within `bounds`.
+    pub fn new(frustum: &Frustum, space: &Space, bounds: &Box32) -> Planes8 {
         let planes: [Plane32; 6] =
-            core::array::from_fn(|index| Plane32::new(frustum, index, space, reach));
+            core::array::from_fn(|index| Plane32::new(frustum, index, space, bounds));
         let mut asked = PlaneMask::NONE;
         for (index, plane) in planes.iter().enumerate() {
             if plane.inner < f32::INFINITY {
@@ -139,6 +178,51 @@ impl Planes8 {
         Planes8 { planes, asked }
     }
 
+    /// The planes of `frustum` for boxes stored in `space` that all lie within `bounds`, or `None` if
+    /// one plane excludes `bounds`. The planes asked are those that cut `bounds`, maybe none.
+    ///
+    /// Planes are made ready one by one, the near plane first, which alone excludes all that lies
+    /// behind the eye.
+    #[inline]
+    pub fn cutting(frustum: &Frustum, space: &Space, bounds: &Box32) -> Option<Planes8> {
+        let near = Plane32::reaching(frustum, NEAR, space, bounds)?;
+        Planes8::with_near(near, frustum, space, bounds)
+    }
+
+    /// Out of line, so that who looks away passes over little code.
+    #[inline(never)]
+    fn with_near(
+        near: Plane32,
+        frustum: &Frustum,
+        space: &Space,
+        bounds: &Box32,
+    ) -> Option<Planes8> {
+        let mut planes = [near; 6];
+        let mut asked = PlaneMask::NONE;
+        for (index, plane) in planes.iter_mut().enumerate() {
+            if index != NEAR {
+                *plane = Plane32::reaching(frustum, index, space, bounds)?;
+            }
+            let corner = plane.near.map(|row| bounds.at(row));
+            let inside = distance_1(plane.normal, corner, plane.inner) >= 0.0;
+            if !inside {
+                asked.insert(index);
+            }
+        }
+        Some(Planes8 { planes, asked })
+    }
+
+    /// Asks one plane about eight boxes: which it does not exclude, and which it certainly does not
+    /// cut.
+    #[inline(always)]
+    pub fn ask<S: Simd>(&self, simd: S, index: usize, group: &Group) -> (u8, u8) {
+        let plane = &self.planes[index.min(5)];
+        let zero = f32x8::splat(simd, 0.0);
+        let reached = upper_end(simd, plane, group).simd_ge(zero).to_bitmask() as u8;
+        let inside = lower_end(simd, plane, group).simd_ge(zero).to_bitmask() as u8;
+        (reached, inside)
+    }
+
     /// Asks the planes in `asked`, not none, about eight boxes.
     #[inline(always)]
     pub fn test<S: Simd>(&self, simd: S, group: &Group, asked: PlaneMask) -> Verdict {
@@ -148,12 +232,9 @@ impl Planes8 {
         while left != 0 {
             let index = left.trailing_zeros() as usize;
             left &= left - 1;
-            let plane = &self.planes[index.min(5)];
-            let zero = f32x8::splat(simd, 0.0);
-            let outer = upper_end(simd, plane, group).simd_ge(zero).to_bitmask() as u8;
-            let inner = lower_end(simd, plane, group).simd_ge(zero).to_bitmask() as u8;
-            visible &= outer;
-            cutting |= u64::from(!inner) << (8 * index);
+            let (reached, inside) = self.ask(simd, index, group);
+            visible &= reached;
+            cutting |= u64::from(!inside) << (8 * index);
         }
         Verdict { visible, cutting }
     }
@@ -206,6 +287,13 @@ fn distance<S: Simd>(
     let x = f32x8::simd_from(simd, *group.row(corner[0])) * normal[0];
     let y = f32x8::simd_from(simd, *group.row(corner[1])) * normal[1];
     let z = f32x8::simd_from(simd, *group.row(corner[2])) * normal[2];
+    (x + y) + (z + offset)
+}
+
+/// The same of one box.
+#[inline(always)]
+fn distance_1(normal: [f32; 3], corner: [f32; 3], offset: f32) -> f32 {
+    let [x, y, z] = [corner[0] * normal[0], corner[1] * normal[1], corner[2] * normal[2]];
     (x + y) + (z + offset)
 }
 

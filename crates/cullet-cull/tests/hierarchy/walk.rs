@@ -2,7 +2,9 @@
 
 use crate::worlds::{Random, cameras, city, degenerate, odd_boxes, random_boxes};
 use cullet_cull::wide::{Boxes8, levels, reference};
-use cullet_cull::{Aabb, Frustum, Hierarchy, PlaneMask};
+use cullet_cull::{Aabb, Counts, Frustum, Hierarchy, MAX_LEVELS, PlaneMask, WalkStats};
+use cullet_transform::{Camera, Projection};
+use glam::DVec3;
 
 pub fn sets() -> Vec<(String, Vec<Aabb>)> {
     let mut random = Random(11);
@@ -54,10 +56,52 @@ fn the_walk_returns_what_the_flat_test_keeps_with_its_masks() {
                     assert_eq!(found, expected, "{name} {level_name} {walk:?}");
                 }
                 assert!(stats.iter().all(|s| s.n_visible == n_expected), "{name} {level_name}");
-                let counts = stats[0].nodes();
+                let counts = stats[0].nodes;
                 assert_eq!(counts.tested, counts.outside + counts.inside + counts.straddling);
             }
         }
+    }
+}
+
+#[test]
+fn who_sees_nothing_or_everything_is_told_at_once() {
+    let boxes = random_boxes(&mut Random(20), 3000, 100.0, 1.0);
+    let tree = Hierarchy::build(&boxes);
+    let level = cullet_cull::wide::Level::new();
+    let lens = Projection::Perspective { yfov: 1.0, near: 1.0, far: 1e4 };
+    for direction in [DVec3::X, DVec3::NEG_Z, DVec3::new(1.0, 2.0, -3.0)] {
+        let eye = direction.normalize() * 500.0;
+        let looking = |at| {
+            let camera = Camera::look_at(eye, at, DVec3::Y, lens).expect("a camera");
+            Frustum::from_camera(&camera, 1.0)
+        };
+        let stats = tree.walk(&looking(2.0 * eye), level, |_, _| panic!("nothing is visible"));
+        let outside = Counts { tested: 1, outside: 1, ..Counts::default() };
+        assert_eq!(stats, WalkStats { nodes: outside, ..WalkStats::default() });
+
+        let mut runs = vec![];
+        let stats = tree.walk(&looking(DVec3::ZERO), level, |ids, cutting| {
+            runs.push((ids.len(), cutting));
+        });
+        assert_eq!(runs, [(3000, PlaneMask::NONE)]);
+        assert_eq!((stats.nodes.inside, stats.n_groups, stats.n_untested), (1, 0, 3000));
+    }
+}
+
+#[test]
+fn levels_add_up() {
+    let boxes = city(&mut Random(21), 5000);
+    let tree = Hierarchy::build(&boxes);
+    for frustum in cameras(&mut Random(22), &boxes, 10) {
+        let level = cullet_cull::wide::Level::new();
+        let mut levels = [Counts::default(); MAX_LEVELS];
+        let stats = tree.walk_by_level(&frustum, level, &mut levels, |_, _| ());
+        assert_eq!(stats, tree.walk(&frustum, level, |_, _| ()));
+        let below: u64 = levels.iter().map(|counts| counts.tested).sum();
+        assert_eq!(stats.nodes.tested, 1 + below);
+        let used = levels.iter().take_while(|counts| counts.tested > 0).count();
+        assert!(levels[used..].iter().all(|counts| counts.tested == 0));
+        assert!(used <= tree.quality().depth);
     }
 }
 

@@ -147,7 +147,7 @@ fn tiles(measured: &Measured, figures: &Figures) -> String {
     let n = measured.input.boxes.len() as u64;
     let visible = figures.of(Test::Sat).n_in;
     let tree = &figures.tree;
-    let asked = tree.stats.nodes().tested + tree.stats.items.tested;
+    let asked = tree.stats.nodes.tested + tree.stats.items.tested;
     let mut tiles = vec![
         (short(n as f64), "boxes".to_owned()),
         (short(visible as f64), format!("visible: {:.1}%", percent(visible, n))),
@@ -385,7 +385,7 @@ fn sizes(sum: &Figures) -> String {
 
 fn levels(measured: &Measured, figures: &Figures) -> String {
     let tree = &figures.tree;
-    let walked = tree.levels.iter().zip(&tree.stats.levels).enumerate();
+    let walked = tree.levels.iter().zip(&tree.walked).enumerate();
     let mut rows: Vec<Bar> = walked
         .map(|(i, (all, walked))| {
             let part = |value: u64, color, what: &str| Part {
