@@ -121,9 +121,7 @@ impl Hierarchy {
         level: Level,
         mut visit: impl FnMut(&[u32], PlaneMask),
     ) -> WalkStats {
-        let mut stats = WalkStats::default();
-        walk::walk(&self.tree, frustum, level, None, &mut stats, &mut visit);
-        stats
+        walk::walk(&self.tree, frustum, level, None, &mut visit)
     }
 
     /// Like [`Hierarchy::walk`], and adds what was found of the boxes of nodes to `levels`: the first
@@ -135,9 +133,7 @@ impl Hierarchy {
         levels: &mut [Counts; MAX_LEVELS],
         mut visit: impl FnMut(&[u32], PlaneMask),
     ) -> WalkStats {
-        let mut stats = WalkStats::default();
-        walk::walk(&self.tree, frustum, level, Some(levels), &mut stats, &mut visit);
-        stats
+        walk::walk(&self.tree, frustum, level, Some(levels), &mut visit)
     }
 
     /// Like [`Hierarchy::walk`], with nearer nodes and leaves before farther ones, by the middles of
@@ -148,9 +144,7 @@ impl Hierarchy {
         level: Level,
         mut visit: impl FnMut(&[u32], PlaneMask),
     ) -> WalkStats {
-        let mut stats = WalkStats::default();
-        ordered::walk(&self.tree, frustum, level, &mut NearToFar, &mut stats, &mut visit);
-        stats
+        ordered::walk(&self.tree, frustum, level, NearToFar, &mut visit)
     }
 
     /// Like [`Hierarchy::walk_near_to_far`], and before it looks into a node or a leaf that the
@@ -166,9 +160,7 @@ impl Hierarchy {
         mut occluded: impl FnMut(&Aabb) -> bool,
         mut visit: impl FnMut(&[u32], PlaneMask),
     ) -> WalkStats {
-        let (mut stats, mut manner) = (WalkStats::default(), Occluded(&mut occluded));
-        ordered::walk(&self.tree, frustum, level, &mut manner, &mut stats, &mut visit);
-        stats
+        ordered::walk(&self.tree, frustum, level, Occluded(&mut occluded), &mut visit)
     }
 
     /// All visible items with their masks, in no particular order.

@@ -7,7 +7,7 @@ use fearless_simd::{Simd, dispatch, f32x8, prelude::*};
 
 use super::stats::{Counts, MAX_LEVELS, WalkStats};
 use super::tree::{Child, Tree};
-use super::walk::{Visit, begin};
+use super::walk::{Visit, ask_beside, planes_for};
 use crate::wide::{Group, Level, Planes8, Row};
 use crate::{Aabb, Frustum, PlaneMask};
 
@@ -43,15 +43,17 @@ pub(super) fn walk<M: Manner>(
     tree: &Tree,
     frustum: &Frustum,
     level: Level,
-    manner: &mut M,
-    stats: &mut WalkStats,
+    mut manner: M,
     visit: &mut Visit<'_>,
-) {
-    if let Some(planes) = begin(tree, frustum, stats, visit) {
-        let forward = forward(frustum);
-        let mut walker = Walker { tree, planes, forward, stats, visit };
-        dispatch!(level, simd => walker.run(simd, manner));
-    }
+) -> WalkStats {
+    let stats = ask_beside(tree, frustum, visit);
+    let Some(planes) = planes_for(tree, frustum) else {
+        return WalkStats { nodes: Counts::of_one(None), ..stats };
+    };
+    let mut walker = Walker { tree, planes, forward: forward(frustum), stats, visit };
+    walker.stats.nodes = Counts::of_one(Some(walker.planes.asked));
+    dispatch!(level, simd => walker.run(simd, &mut manner));
+    walker.stats
 }
 
 /// The view direction as far as order goes: away from the near plane.
@@ -77,7 +79,7 @@ struct Walker<'a> {
     tree: &'a Tree,
     planes: Planes8,
     forward: [f32; 3],
-    stats: &'a mut WalkStats,
+    stats: WalkStats,
     visit: &'a mut Visit<'a>,
 }
 

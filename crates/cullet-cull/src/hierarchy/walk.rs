@@ -28,38 +28,23 @@ pub(super) fn walk(
     frustum: &Frustum,
     level: Level,
     levels: Option<&mut [Counts; MAX_LEVELS]>,
-    stats: &mut WalkStats,
     visit: &mut Visit<'_>,
-) {
-    if let Some(planes) = begin(tree, frustum, stats, visit) {
-        let (ids, run) = ([0; 64], [0; 64]);
-        let mut walker = Walker { tree, planes, ids, run, stats, levels, visit };
-        dispatch!(level, simd => walker.run(simd));
-    }
+) -> WalkStats {
+    let stats = ask_beside(tree, frustum, visit);
+    let Some(planes) = planes_for(tree, frustum) else {
+        return WalkStats { nodes: Counts::of_one(None), ..stats };
+    };
+    let (ids, run) = ([0; 64], [0; 64]);
+    let mut walker = Walker { tree, planes, ids, run, stats, levels, visit };
+    walker.stats.nodes = Counts::of_one(Some(walker.planes.asked));
+    dispatch!(level, simd => walker.run(simd));
+    walker.stats
 }
 
-/// Asks about what is kept beside the tree, then about the box around it: the planes for all
-/// that is in it, unless nothing is visible.
-#[inline]
-pub(super) fn begin(
-    tree: &Tree,
-    frustum: &Frustum,
-    stats: &mut WalkStats,
-    visit: &mut Visit<'_>,
-) -> Option<Planes8> {
-    if !tree.beside.is_empty() {
-        ask_beside(tree, frustum, stats, visit);
-    }
-    if tree.nodes.is_empty() {
-        return None;
-    }
-    let planes = Planes8::cutting(frustum, &tree.space, &tree.bounds);
-    stats.nodes += Counts::of_one(planes.as_ref().map(|planes| planes.asked));
-    planes
-}
-
-#[cold]
-fn ask_beside(tree: &Tree, frustum: &Frustum, stats: &mut WalkStats, visit: &mut Visit<'_>) {
+/// Returns what is visible of the items that are kept beside the tree.
+#[inline(always)]
+pub(super) fn ask_beside(tree: &Tree, frustum: &Frustum, visit: &mut Visit<'_>) -> WalkStats {
+    let mut stats = WalkStats::default();
     for (id, bounds) in &tree.beside {
         let cutting = planes_cutting(bounds, frustum, PlaneMask::ALL);
         stats.items += Counts::of_one(cutting);
@@ -68,6 +53,16 @@ fn ask_beside(tree: &Tree, frustum: &Frustum, stats: &mut WalkStats, visit: &mut
             visit(&[*id], cutting);
         }
     }
+    stats
+}
+
+/// The planes for all that is in the tree, unless nothing is visible, or nothing there.
+#[inline(always)]
+pub(super) fn planes_for(tree: &Tree, frustum: &Frustum) -> Option<Planes8> {
+    if tree.nodes.is_empty() {
+        return None;
+    }
+    Planes8::cutting(frustum, &tree.space, &tree.bounds)
 }
 
 /// A node still to be entered. Eight bytes without a gap, so that a stack of them is cleared in
@@ -91,7 +86,7 @@ struct Walker<'a> {
     ids: [u32; 64],
     /// Those of them that share a mask.
     run: [u32; 64],
-    stats: &'a mut WalkStats,
+    stats: WalkStats,
     /// Boxes of nodes by level, for those who want to know.
     levels: Option<&'a mut [Counts; MAX_LEVELS]>,
     visit: &'a mut Visit<'a>,
