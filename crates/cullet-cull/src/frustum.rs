@@ -57,6 +57,8 @@ pub struct Frustum {
     pub(crate) bounds: Aabb,
     /// Relative allowance on each term, at least [`ROUNDING`].
     pub(crate) slack: f64,
+    /// Per plane, the slack times the sizes of its terms.
+    pub(crate) errors: [Plane; 6],
     /// What the planes were rounded from, if they came from a matrix.
     pub(crate) exact: Option<ExactRows>,
 }
@@ -129,6 +131,7 @@ impl Frustum {
             corner_terms: corners_and_terms.map(|(_, terms)| terms),
             bounds: Aabb::INFINITE,
             slack: ROUNDING,
+            errors: planes_and_terms.map(|(_, terms)| terms),
             exact: None,
         };
         frustum.outset(ROUNDING)
@@ -154,7 +157,9 @@ impl Frustum {
     pub fn outset(&self, relative: f64) -> Frustum {
         let slack = relative.max(ROUNDING);
         let bounds = bounds_of(&self.corners, &self.corner_terms, CORNER_SLACK * slack);
-        Frustum { slack, bounds, ..*self }
+        let error =
+            |terms: Plane| Plane { normal: slack * terms.normal, offset: slack * terms.offset };
+        Frustum { slack, bounds, errors: self.terms.map(error), ..*self }
     }
 
     /// Whether there is a far plane at a finite distance.
@@ -184,28 +189,23 @@ impl Frustum {
         self.halfspace(index).nearest(bounds)
     }
 
-    /// Whether plane `index` excludes `bounds`: `farthest(index, bounds) < 0.0`, but quicker.
+    /// Whether plane `index` excludes `bounds`: a proof like `farthest(index, bounds) < 0.0`, but
+    /// quicker. The two may differ within the rounding that both allow for.
     #[inline]
     pub fn excludes(&self, index: usize, bounds: &Aabb) -> bool {
         self.halfspace(index).excludes(bounds)
     }
 
-    /// Whether `bounds` lies wholly inside plane `index`: `nearest(index, bounds) >= 0.0`, but
-    /// quicker.
+    /// Whether `bounds` lies wholly inside plane `index`: likewise like
+    /// `nearest(index, bounds) >= 0.0`.
     #[inline]
     pub fn holds(&self, index: usize, bounds: &Aabb) -> bool {
         self.halfspace(index).holds(bounds)
     }
 
-    /// How far each coefficient of plane `index` may be off, without sign: the slack times the
-    /// size of its terms.
-    pub(crate) fn uncertainty(&self, index: usize) -> Plane {
-        let terms = &self.terms[index];
-        Plane { normal: self.slack * terms.normal, offset: self.slack * terms.offset }
-    }
-
+    /// Plane `index`, give or take the slack.
     pub(crate) fn halfspace(&self, index: usize) -> Halfspace {
-        Halfspace { plane: self.planes[index], error: self.uncertainty(index) }
+        Halfspace { plane: self.planes[index], error: self.errors[index] }
     }
 
     /// All planes as rows, as certain as the slack says; one at infinity holds everywhere.

@@ -10,7 +10,7 @@ use alloc::vec::Vec;
 use cullet_transform::PlaneMask;
 
 use crate::{
-    Aabb, Frustum, Sat, Sphere, corners_visible, planes_cutting, planes_cutting_coherent,
+    Aabb, Frustum, Sat, Sphere, corners_visible, p_vertex_visible, planes_cutting_coherent,
     reverse_visible, sphere_visible,
 };
 
@@ -23,7 +23,7 @@ pub enum Test {
     Sphere,
     /// Rejects a box with all eight corners outside one plane ([`corners_visible`]).
     Corners,
-    /// Like [`Test::Corners`], by one corner per plane ([`planes_cutting`]).
+    /// Like [`Test::Corners`], by one corner per plane ([`p_vertex_visible`]).
     PVertex,
     /// Rejects a box with a face that all of the frustum lies beyond ([`reverse_visible`]).
     Reverse,
@@ -73,7 +73,7 @@ pub fn visible(test: Test, frustum: &Frustum, bounds: &Aabb) -> bool {
         Test::None => !bounds.is_empty(),
         Test::Sphere => sphere_visible(&Sphere::around(bounds), frustum),
         Test::Corners => corners_visible(bounds, frustum),
-        Test::PVertex => planes_cutting(bounds, frustum, PlaneMask::ALL).is_some(),
+        Test::PVertex => p_vertex_visible(bounds, frustum),
         Test::Reverse => reverse_visible(bounds, frustum),
         Test::Both => {
             visible(Test::PVertex, frustum, bounds) && visible(Test::Reverse, frustum, bounds)

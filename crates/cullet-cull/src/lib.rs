@@ -89,7 +89,7 @@ pub use hierarchy::{
 pub use ladder::{Count, CullStats, InOut, Ladder, Test, Visibility, classify, visible};
 pub use lights::{ClusterLights, Clusters, LightRange, light_visible, slice_depths};
 pub use matrix::{DepthRange, FrustumError};
-pub use p_vertex::{planes_cutting, planes_cutting_coherent};
+pub use p_vertex::{p_vertex_visible, planes_cutting, planes_cutting_coherent};
 pub use plane::Plane;
 pub use ray::Ray;
 pub use ray_aabb::ray_aabb;

@@ -50,7 +50,7 @@ fn cone_in_planes(cone: &Cone, frustum: &Frustum) -> bool {
         let across = libm::sqrt(normal.cross(cone.direction).length_squared());
         // Cosine of the angle that remains between the normal and the cone.
         let facing = if along >= cos { 1.0 } else { along * cos + across * sin };
-        let doubt = ROUNDING + frustum.uncertainty(i).normal.element_sum();
+        let doubt = ROUNDING + frustum.errors[i].normal.element_sum();
         let reach = if facing < -doubt { 0.0 } else { cone.range * (facing.max(0.0) + doubt) };
         let behind = frustum.farthest(i, &apex) + reach < 0.0;
         !behind

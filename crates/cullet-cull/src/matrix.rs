@@ -47,7 +47,9 @@ pub enum FrustumError {
 impl core::fmt::Display for FrustumError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.write_str(match self {
-            FrustumError::NotFinite => "frustum: the matrix must be finite",
+            FrustumError::NotFinite => {
+                "frustum: an entry of the matrix is not finite, or a plane too far away for numbers"
+            }
             FrustumError::Singular => "frustum: the matrix has no inverse",
             FrustumError::Empty => "frustum: the matrix puts no point of space inside",
         })
@@ -135,6 +137,7 @@ impl Frustum {
             corner_terms: corners.map(|(_, terms)| terms),
             bounds: Aabb::INFINITE,
             slack: ROUNDING,
+            errors: planes.map(|(_, terms)| terms),
             exact: scaled.into_iter().all(exact_range).then_some(exact),
         };
         Ok(frustum.outset(ROUNDING))

@@ -47,6 +47,15 @@ pub fn planes_cutting_coherent(
     cutting(bounds, frustum, order).map_err(|plane| *last_rejecting = plane).ok()
 }
 
+/// Whether no plane excludes `bounds`: [`planes_cutting`] without its mask, for less.
+pub fn p_vertex_visible(bounds: &Aabb, frustum: &Frustum) -> bool {
+    if let Some(verdict) = bounds.undisputed() {
+        return verdict;
+    }
+    let bounds = bounds.relative_to(frustum.origin);
+    !(0..6).any(|plane| frustum.excludes(plane, &bounds))
+}
+
 /// The planes that cut, or the one that excludes.
 fn cutting(
     bounds: &Aabb,

@@ -95,7 +95,7 @@ impl Sat {
 }
 
 fn uncertain(row: &Row<Interval>) -> Halfspace {
-    let error = row.each_ref().map(|n| n.error + EVALUATION * n.value.abs());
+    let error = row.each_ref().map(|n| n.error + EVALUATION * (n.value.abs() + n.error));
     Halfspace { plane: plane(row.each_ref().map(|n| n.value)), error: plane(error) }
 }
 

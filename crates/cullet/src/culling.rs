@@ -1,6 +1,8 @@
 //! Which objects may be in a view: the question asked before any vertex work.
 
-use cullet_cull::{Aabb, Frustum, Sat, Test, planes_cutting, projected_size_px, visible};
+use cullet_cull::{
+    Aabb, Frustum, Sat, Test, planes_cutting, projected_size_px, reverse_visible, visible,
+};
 use cullet_raster::SetupCounters;
 use cullet_transform::{PlaneMask, View};
 
@@ -130,6 +132,7 @@ impl<'a> Culler<'a> {
         let cutting = planes_cutting(&bounds, &self.frustum, PlaneMask::ALL);
         match self.test {
             Test::PVertex => cutting,
+            Test::Both => cutting.filter(|_| reverse_visible(&bounds, &self.frustum)),
             // Who is thrown out is the test's affair; the mask spares the clipper work.
             _ => self.keeps_box(&bounds).then(|| cutting.unwrap_or(PlaneMask::ALL)),
         }

@@ -23,20 +23,46 @@ pub struct Reports<'a> {
     pub old: Option<&'a Value>,
 }
 
-/// Whether the condition `text` holds.
-pub fn holds(text: &str, reports: Reports<'_>) -> Result<bool, String> {
-    let mut parser = Parser { rest: text.trim_start(), reports, depth: 0 };
-    let value = parser.any()?;
-    match parser.rest {
-        "" => Ok(value != 0.0),
-        rest => Err(format!("did not expect `{rest}`")),
+/// What became of a condition.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Asked {
+    /// It is not 0.
+    pub holds: bool,
+    /// The figures it asked for, as `name = value`.
+    pub figures: Vec<String>,
+}
+
+/// Whether the condition `text` holds. A value that is no number (0 / 0) decides nothing, and is a
+/// fault.
+pub fn holds(text: &str, reports: Reports<'_>) -> Result<Asked, String> {
+    let mut parser =
+        Parser { rest: text.trim_start(), reports: Some(reports), depth: 0, figures: Vec::new() };
+    let value = parser.whole()?;
+    if value.is_nan() {
+        return Err("its value is not a number".into());
+    }
+    Ok(Asked { holds: value != 0.0, figures: parser.figures })
+}
+
+/// Finds faults of the spelling, before there is any report; `comparing` when there will be an old
+/// one.
+pub fn check(text: &str, comparing: bool) -> Result<(), String> {
+    let mut parser =
+        Parser { rest: text.trim_start(), reports: None, depth: 0, figures: Vec::new() };
+    parser.whole()?;
+    let old = parser.figures.iter().find(|name| name.starts_with("old."));
+    match old {
+        Some(name) if !comparing => Err(format!("`{name}` needs --compare OLD.json")),
+        _ => Ok(()),
     }
 }
 
 struct Parser<'a> {
     rest: &'a str,
-    reports: Reports<'a>,
+    /// `None` where only the spelling is looked at: then all figures are 1.
+    reports: Option<Reports<'a>>,
     depth: u32,
+    figures: Vec<String>,
 }
 
 /// Parentheses and signs within each other.
@@ -58,10 +84,18 @@ impl<'a> Parser<'a> {
         word
     }
 
+    fn whole(&mut self) -> Result<f64, String> {
+        let value = self.any()?;
+        match self.rest {
+            "" => Ok(value),
+            rest => Err(format!("did not expect `{rest}`")),
+        }
+    }
+
     fn any(&mut self) -> Result<f64, String> {
         let mut value = self.all()?;
         while self.take("||") {
-            value = truth(self.all()? != 0.0 || value != 0.0);
+            value = either(value, self.all()?, |a, b| a || b);
         }
         Ok(value)
     }
@@ -69,7 +103,7 @@ impl<'a> Parser<'a> {
     fn all(&mut self) -> Result<f64, String> {
         let mut value = self.test()?;
         while self.take("&&") {
-            value = truth(self.test()? != 0.0 && value != 0.0);
+            value = either(value, self.test()?, |a, b| a && b);
         }
         Ok(value)
     }
@@ -86,7 +120,11 @@ impl<'a> Parser<'a> {
         ];
         let left = self.sum()?;
         match relations.into_iter().find(|(token, _)| self.take(token)) {
-            Some((_, relation)) => Ok(truth(relation(&left, &self.sum()?))),
+            Some((_, relation)) => {
+                let right = self.sum()?;
+                let known = !left.is_nan() && !right.is_nan();
+                Ok(if known { truth(relation(&left, &right)) } else { f64::NAN })
+            }
             None => Ok(left),
         }
     }
@@ -162,12 +200,14 @@ impl<'a> Parser<'a> {
         Ok(if self.take("%") { number / 100.0 } else { number })
     }
 
-    fn figure(&self, path: &str) -> Result<f64, String> {
+    fn figure(&mut self, path: &str) -> Result<f64, String> {
+        let Some(reports) = self.reports else {
+            self.figures.push(path.to_owned());
+            return Ok(1.0);
+        };
         let (report, keys) = match path.strip_prefix("old.") {
-            Some(keys) => {
-                (self.reports.old.ok_or(format!("`{path}` needs --compare OLD.json"))?, keys)
-            }
-            None => (self.reports.new, path.strip_prefix("new.").unwrap_or(path)),
+            Some(keys) => (reports.old.ok_or(format!("`{path}` needs --compare OLD.json"))?, keys),
+            None => (reports.new, path.strip_prefix("new.").unwrap_or(path)),
         };
         let mut value = report;
         for key in keys.split('.') {
@@ -178,10 +218,12 @@ impl<'a> Parser<'a> {
             };
             value = next.ok_or_else(|| missing(path, key, value))?;
         }
-        match value {
-            Value::Bool(value) => Ok(truth(*value)),
-            value => value.as_f64().ok_or_else(|| missing(path, "", value)),
-        }
+        let value = match value {
+            Value::Bool(value) => truth(*value),
+            value => value.as_f64().ok_or_else(|| missing(path, "", value))?,
+        };
+        self.figures.push(format!("{path} = {value}"));
+        Ok(value)
     }
 }
 
@@ -190,11 +232,21 @@ fn missing(path: &str, key: &str, at: &Value) -> String {
     match at {
         Value::Object(keys) => {
             let keys: Vec<&str> = keys.keys().map(String::as_str).collect();
-            format!("`{path}` names no figure; `{key}` could be one of {}", keys.join(", "))
+            format!(
+                "there is no figure `{path}`: instead of `{key}` give one of {}",
+                keys.join(", ")
+            )
         }
-        Value::Array(list) => format!("`{path}` names no figure in a list of {}", list.len()),
+        Value::Array(list) => {
+            format!("there is no figure `{path}`: the list has {}, counted from 0", list.len())
+        }
         _ => format!("`{path}` is no number"),
     }
+}
+
+/// Both as truths, put together; NaN if either is.
+fn either(a: f64, b: f64, join: impl Fn(bool, bool) -> bool) -> f64 {
+    if a.is_nan() || b.is_nan() { f64::NAN } else { truth(join(a != 0.0, b != 0.0)) }
 }
 
 fn truth(holds: bool) -> f64 {
@@ -211,7 +263,7 @@ mod tests {
         let new =
             json!({"tests": {"sat": {"in": 6, "ns": 2.5}}, "levels": [{"in": 1}], "on": true});
         let old = json!({"tests": {"sat": {"in": 4}}});
-        holds(text, Reports { new: &new, old: Some(&old) })
+        holds(text, Reports { new: &new, old: Some(&old) }).map(|asked| asked.holds)
     }
 
     #[test]
@@ -228,7 +280,6 @@ mod tests {
             ("tests.sat.in / 100 > 5%", true),
             ("0", false),
             ("on", true),
-            ("0 / 0 < 1 || 0 / 0 >= 1", false),
         ] {
             assert_eq!(ask(text), Ok(expected), "{text}");
         }
@@ -243,8 +294,10 @@ mod tests {
             ("1 2", "`2`"),
             ("1.2.3", "1.2.3"),
             ("tests.set.in > 0", "one of sat"),
-            ("levels.7.in > 0", "list of 1"),
-            ("tests > 0", "names no figure"),
+            ("levels.7.in > 0", "list has 1"),
+            ("tests > 0", "no figure"),
+            ("0 / 0 < 1", "not a number"),
+            ("0 / 0 || 1", "not a number"),
             ("tests.sat.in.x > 0", "is no number"),
         ] {
             let fault = ask(text).unwrap_err();
@@ -255,5 +308,14 @@ mod tests {
         let new = json!({"a": 1});
         let fault = holds("old.a > 0", Reports { new: &new, old: None }).unwrap_err();
         assert!(fault.contains("--compare"));
+        let asked = holds("a + 1 > 0", Reports { new: &new, old: None }).unwrap();
+        assert_eq!(asked.figures, ["a = 1"]);
+    }
+
+    #[test]
+    fn spelling_is_checked_without_a_report() {
+        assert_eq!(check("whatever.there.is > 0 && old.x", true), Ok(()));
+        assert!(check("old.x", false).unwrap_err().contains("--compare"));
+        assert!(check("1 +", true).is_err());
     }
 }

@@ -81,8 +81,11 @@ fn boxes(path: &Path, keep_f64: bool) -> Result<Vec<Aabb>, Failure> {
     let lines = text.lines().enumerate();
     let lines = lines.filter(|(_, line)| !line.trim().is_empty());
     let read = |(i, line): (usize, &str)| {
-        let BoxLine { min, max } = serde_json::from_str(line)
-            .map_err(|error| wrong(path, format!("line {}: {error}", i + 1)))?;
+        let BoxLine { min, max } = serde_json::from_str(line).map_err(|error| {
+            // Each line is a text of its own for the parser, which counts from its start.
+            let error = error.to_string().replace(" at line 1 column ", ", column ");
+            wrong(path, format!("line {}: {error}", i + 1))
+        })?;
         let corner = |numbers: [Number; 3]| {
             let value = |Number(n)| if keep_f64 { n } else { f64::from(n as f32) };
             DVec3::from_array(numbers.map(value))
@@ -131,8 +134,12 @@ fn shots(
         Some(CameraPath::Dolly { n }) => dolly(&camera, &bounds(), n),
         _ => vec![camera],
     };
-    if cameras.is_empty() {
-        return Err(Failure::usage("this path has no possible camera: stay nearer to the origin"));
+    let wanted = args.path.as_ref().map_or(1, CameraPath::len);
+    if cameras.len() < wanted {
+        return Err(Failure::usage(format!(
+            "only {} of {wanted} cameras of this path are possible: stay nearer to the origin",
+            cameras.len()
+        )));
     }
     cameras.into_iter().map(|camera| shot(camera, size, aspect, prepared.is_some())).collect()
 }
@@ -167,7 +174,10 @@ fn base(args: &CullArgs, prepared: Option<&Prepared>) -> Result<Base, Failure> {
     if args.camera == "auto" {
         return Err(Failure::usage("boxes come without a camera: give --camera FILE.json"));
     }
-    let path = Path::new(&args.camera);
+    let path = camera::file(&args.camera).ok_or_else(|| {
+        let camera = &args.camera;
+        Failure::usage(format!("boxes have no camera `{camera}`: give a camera file (.json)"))
+    })?;
     let wrong = |problem| wrong(path, problem);
     let file = CameraFile::parse(&text(path)?).map_err(wrong)?;
     let aspect = file.aspect().map_err(wrong)?;

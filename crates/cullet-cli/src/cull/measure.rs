@@ -8,10 +8,10 @@ use std::time::Instant;
 use cullet::Level;
 use cullet::cull::wide::{Boxes8, levels};
 use cullet::cull::{
-    Aabb, Counts, Frustum, Hierarchy, MAX_LEVELS, NodeBox, PlaneMask, Quality, Sat, Test,
-    WalkStats, planes_cutting, reverse_visible,
+    Aabb, Counts, Frustum, Hierarchy, MAX_LEVELS, NodeBox, Sat, Sphere, Test, WalkStats,
+    planes_cutting, reverse_visible, sphere_visible,
 };
-use cullet::transform::Plane;
+use cullet::transform::{Plane, PlaneMask};
 use cullet_measure::Summary;
 
 use super::verdicts::{Fate, TESTS, Verdict, keeps};
@@ -22,11 +22,12 @@ pub struct Boxes<'a> {
     pub boxes: &'a [Aabb],
     wide: Boxes8,
     tree: Hierarchy,
+    spheres: Vec<Sphere>,
     nodes: Vec<NodeBox>,
+    /// The boxes of the nodes again, by level.
+    levels: Vec<Vec<Aabb>>,
     /// Time to build the tree.
     pub build_ms: f64,
-    /// The shape of the tree.
-    pub quality: Quality,
     level: Level,
 }
 
@@ -46,6 +47,8 @@ pub struct Figures {
     pub n_shots: u64,
     /// Per test, in the order of [`TESTS`].
     pub tests: [TestFigures; TESTS.len()],
+    /// Per plane by itself: the p-vertex test with that plane alone.
+    pub planes: [TestFigures; 6],
     /// Boxes by what became of them, in the order of [`Fate::ALL`].
     pub fates: [u64; Fate::ALL.len()],
     /// All boxes eight at a time, by the p-vertex test in f32.
@@ -63,6 +66,8 @@ pub struct TestFigures {
     pub n_in: u64,
     /// Boxes it keeps that the exact test rejects.
     pub n_false_visible: u64,
+    /// Boxes it rejects that the exact test keeps: always 0, or there is a bug.
+    pub n_false_culled: u64,
     /// Per box.
     pub ns: Timing,
 }
@@ -113,6 +118,8 @@ pub struct LevelFigures {
     pub n_nodes: u64,
     /// Kept by each of [`TESTS`].
     pub n_in: [u64; TESTS.len()],
+    /// Per node, by [`Test::Both`], one at a time.
+    pub ns: Timing,
 }
 
 /// Boxes of about one size.
@@ -130,8 +137,14 @@ impl<'a> Boxes<'a> {
         let start = Instant::now();
         let tree = Hierarchy::build(boxes);
         let build_ms = start.elapsed().as_secs_f64() * 1e3;
-        let (nodes, quality) = (tree.node_boxes(), tree.quality());
-        Boxes { boxes, wide: Boxes8::new(boxes), tree, nodes, build_ms, quality, level }
+        let nodes = tree.node_boxes();
+        let mut levels: Vec<Vec<Aabb>> = Vec::new();
+        for node in &nodes {
+            levels.resize(levels.len().max(node.level + 1), Vec::new());
+            levels[node.level].push(node.bounds);
+        }
+        let spheres = boxes.iter().map(Sphere::around).collect();
+        Boxes { boxes, wide: Boxes8::new(boxes), tree, spheres, nodes, levels, build_ms, level }
     }
 
     /// What every test says of every box.
@@ -151,8 +164,14 @@ impl<'a> Boxes<'a> {
         let mut figures = Figures { n_shots: 1, ..Figures::default() };
         for (bounds, verdict) in self.boxes.iter().zip(verdicts) {
             for (test, figures) in TESTS.iter().zip(&mut figures.tests) {
-                figures.n_in += u64::from(verdict.keeps(*test));
-                figures.n_false_visible += u64::from(verdict.keeps(*test) && !verdict.visible());
+                figures.count(verdict.keeps(*test), verdict.visible());
+            }
+            let cut = |plane: usize| {
+                let alone = PlaneMask::from_bits(1 << plane);
+                planes_cutting(bounds, frustum, alone).is_some()
+            };
+            for (plane, figures) in figures.planes.iter_mut().enumerate() {
+                figures.count(cut(plane), verdict.visible());
             }
             if let Some(i) = Fate::ALL.iter().position(|fate| *fate == verdict.fate) {
                 figures.fates[i] += 1;
@@ -201,40 +220,73 @@ impl<'a> Boxes<'a> {
         let mut flat = vec![0; self.wide.n_groups()];
         let mut stats = WalkStats::default();
         let mut sweep = (rounds.cold > 0).then(Sweep::new);
-        // One row per test, then the flat wide one, then the walk; in seconds.
-        let mut times = vec![(Vec::new(), Vec::new()); TESTS.len() + 2];
+        let tasks = self.tasks();
+        let mut times = vec![Times::default(); tasks.len()];
         for round in 0..=rounds.warm + rounds.cold {
             let cold = round > rounds.warm;
-            for (row, (warm_times, cold_times)) in times.iter_mut().enumerate() {
+            for (task, times) in tasks.iter().zip(&mut times) {
                 if let Some(sweep) = sweep.as_mut().filter(|_| cold) {
                     sweep.run();
                 }
+                let repeats = if cold { 1 } else { times.repeats };
                 let start = Instant::now();
-                match row.checked_sub(TESTS.len()) {
-                    None => {
-                        black_box(count(TESTS[row], self.boxes, frustum, &sat));
+                for _ in 0..repeats {
+                    match *task {
+                        Task::Test(test) => {
+                            black_box(self.run(test, frustum, &sat));
+                        }
+                        Task::Plane(plane) => {
+                            let alone = PlaneMask::from_bits(1 << plane);
+                            black_box(count(self.boxes, |bounds| {
+                                planes_cutting(bounds, frustum, alone).is_some()
+                            }));
+                        }
+                        Task::Level(level) => {
+                            black_box(count(&self.levels[level], |bounds| {
+                                keeps(Test::Both, bounds, frustum, &sat)
+                            }));
+                        }
+                        Task::Flat => self.wide.visible_into(frustum, self.level, &mut flat),
+                        Task::Walk => stats = self.walk(frustum, &mut found),
                     }
-                    Some(0) => self.wide.visible_into(frustum, self.level, &mut flat),
-                    Some(_) => stats = self.walk(frustum, &mut found),
                 }
-                let time = start.elapsed().as_secs_f64();
-                if round > 0 {
-                    if cold { cold_times } else { &mut *warm_times }.push(time);
-                }
+                times.take(start.elapsed().as_secs_f64(), round, cold);
             }
         }
-        let per_box = 1e9 / self.boxes.len().max(1) as f64;
-        let timing = |row: usize, unit: f64| Timing::of(&times[row].0, &times[row].1, unit);
-        for (row, figures) in figures.tests.iter_mut().enumerate() {
-            figures.ns = timing(row, per_box);
+        for (task, times) in tasks.iter().zip(&times) {
+            let per_box = |n: usize| if n == 0 { 0.0 } else { 1e9 / n as f64 };
+            let all = per_box(self.boxes.len());
+            match *task {
+                Task::Test(test) => figures.of_mut(test).ns = times.timing(all),
+                Task::Plane(plane) => figures.planes[plane].ns = times.timing(all),
+                Task::Level(level) => {
+                    figures.tree.levels[level].ns = times.timing(per_box(self.levels[level].len()));
+                }
+                Task::Flat => figures.flat.ns = times.timing(all),
+                Task::Walk => figures.tree.ms = times.timing(1e3),
+            }
         }
-        let n_in = flat.iter().map(|byte| u64::from(byte.count_ones())).sum();
-        figures.flat = FlatFigures { n_in, ns: timing(TESTS.len(), per_box) };
+        figures.flat.n_in = flat.iter().map(|byte| u64::from(byte.count_ones())).sum();
         figures.tree.n_in = found.len() as u64;
-        figures.tree.ms = timing(TESTS.len() + 1, 1e3);
         figures.tree.stats = stats;
         figures.tree.walked = [Counts::default(); MAX_LEVELS];
         self.tree.walk_by_level(frustum, self.level, &mut figures.tree.walked, |_, _| ());
+    }
+
+    /// What takes turns on the stopwatch.
+    fn tasks(&self) -> Vec<Task> {
+        let tests = TESTS.into_iter().map(Task::Test);
+        let levels = (0..self.levels.len()).map(Task::Level);
+        let tasks = tests.chain((0..6).map(Task::Plane)).chain(levels);
+        tasks.chain([Task::Flat, Task::Walk]).collect()
+    }
+
+    /// How many boxes `test` keeps. Balls are made beforehand, as one would keep them.
+    fn run(&self, test: Test, frustum: &Frustum, sat: &Sat) -> u64 {
+        match test {
+            Test::Sphere => count(&self.spheres, |sphere| sphere_visible(sphere, frustum)),
+            test => count(self.boxes, |bounds| keeps(test, bounds, frustum, sat)),
+        }
     }
 
     /// The visible set by [`Test::Both`]: what the tree keeps, asked once more where a plane cuts.
@@ -246,15 +298,65 @@ impl<'a> Boxes<'a> {
             }
             found.extend(ids.iter().filter(|&&id| {
                 let bounds = &self.boxes[id as usize];
-                planes_cutting(bounds, frustum, PlaneMask::ALL).is_some()
+                planes_cutting(bounds, frustum, cutting).is_some()
                     && reverse_visible(bounds, frustum)
             }));
         })
     }
 }
 
-fn count(test: Test, boxes: &[Aabb], frustum: &Frustum, sat: &Sat) -> u64 {
-    boxes.iter().filter(|bounds| keeps(test, bounds, frustum, sat)).count() as u64
+/// One thing to time.
+#[derive(Clone, Copy, Debug)]
+enum Task {
+    /// A test over all boxes.
+    Test(Test),
+    /// One plane over all boxes.
+    Plane(usize),
+    /// [`Test::Both`] over the nodes of one level.
+    Level(usize),
+    /// The wide test over all boxes.
+    Flat,
+    /// A walk over the tree.
+    Walk,
+}
+
+/// Times of one task, seconds per run.
+#[derive(Clone, Debug)]
+struct Times {
+    warm: Vec<f64>,
+    cold: Vec<f64>,
+    /// Runs between two looks at a clock that takes tens of nanoseconds itself.
+    repeats: u32,
+}
+
+impl Default for Times {
+    fn default() -> Self {
+        Times { warm: Vec::new(), cold: Vec::new(), repeats: 1 }
+    }
+}
+
+impl Times {
+    /// What a warm sample lasts at least, s.
+    const SAMPLE: f64 = 20e-6;
+
+    fn take(&mut self, seconds: f64, round: u32, cold: bool) {
+        match (round, cold) {
+            (0, _) => {
+                let repeats = (Times::SAMPLE / seconds.max(1e-9)).ceil();
+                self.repeats = (repeats as u32).clamp(1, 1000);
+            }
+            (_, false) => self.warm.push(seconds / f64::from(self.repeats)),
+            (_, true) => self.cold.push(seconds),
+        }
+    }
+
+    fn timing(&self, unit: f64) -> Timing {
+        Timing::of(&self.warm, &self.cold, unit)
+    }
+}
+
+fn count<T>(all: &[T], keeps: impl Fn(&T) -> bool) -> u64 {
+    all.iter().filter(|one| keeps(one)).count() as u64
 }
 
 /// The exponent of the power of two at or below the longest edge; `None` for boxes without one.
@@ -296,12 +398,17 @@ impl Timing {
 
 impl Figures {
     /// Boxes that each of the six planes rejected, the first in order that does.
-    pub fn planes(&self) -> [u64; 6] {
+    pub fn rejected(&self) -> [u64; 6] {
         let n = |plane: Plane| {
             let at = Fate::ALL.iter().position(|fate| *fate == Fate::Plane(plane));
             at.map_or(0, |i| self.fates[i])
         };
         Plane::ALL.map(n)
+    }
+
+    fn of_mut(&mut self, test: Test) -> &mut TestFigures {
+        let at = TESTS.iter().position(|known| *known == test);
+        &mut self.tests[at.unwrap_or(TESTS.len() - 1)]
     }
 
     /// Figures of one of [`TESTS`].
@@ -327,9 +434,11 @@ impl AddAssign<&Figures> for Figures {
             sums.iter_mut().zip(others).for_each(|(sum, other)| *sum += other);
         }
         self.n_shots += other.n_shots;
-        for (sum, other) in self.tests.iter_mut().zip(&other.tests) {
+        let tests = self.tests.iter_mut().zip(&other.tests);
+        for (sum, other) in tests.chain(self.planes.iter_mut().zip(&other.planes)) {
             sum.n_in += other.n_in;
             sum.n_false_visible += other.n_false_visible;
+            sum.n_false_culled += other.n_false_culled;
             sum.ns += other.ns;
         }
         add(&mut self.fates, &other.fates);
@@ -345,11 +454,23 @@ impl AddAssign<&Figures> for Figures {
         tree.ms += other.ms;
         tree.stats += &other.stats;
         add(&mut tree.n_tested_by, &other.n_tested_by);
+        for (sum, other) in tree.walked.iter_mut().zip(&other.walked) {
+            *sum += *other;
+        }
         tree.levels.resize(tree.levels.len().max(other.levels.len()), LevelFigures::default());
         for (sum, other) in tree.levels.iter_mut().zip(&other.levels) {
             sum.n_nodes += other.n_nodes;
+            sum.ns += other.ns;
             add(&mut sum.n_in, &other.n_in);
         }
+    }
+}
+
+impl TestFigures {
+    fn count(&mut self, kept: bool, visible: bool) {
+        self.n_in += u64::from(kept);
+        self.n_false_visible += u64::from(kept && !visible);
+        self.n_false_culled += u64::from(!kept && visible);
     }
 }
 

@@ -124,7 +124,8 @@ pub struct Measured {
     pub shown: Vec<Shown>,
     /// All cameras added up.
     pub sum: Figures,
-    /// Which camera the rest is about: the only one, or the one of the slowest frame or walk.
+    /// Which camera the rest is about: the only one, or the one with the most triangles to draw, or,
+    /// without a scene, with the most boxes to test.
     pub focus: usize,
     /// Its verdicts on every box.
     pub verdicts: Vec<Verdict>,
@@ -132,8 +133,6 @@ pub struct Measured {
     pub downstream: Vec<Drawn>,
     /// Time to build the tree, ms.
     pub build_ms: f64,
-    /// Nodes of the tree.
-    pub n_nodes: usize,
     /// Instruction set of the wide tests.
     pub simd: &'static str,
 }
@@ -141,6 +140,14 @@ pub struct Measured {
 /// Reads, measures, writes.
 pub fn run(args: &CullArgs) -> Result<(), Failure> {
     let level = args.simd.level()?;
+    for condition in &args.fail_if {
+        let comparing = args.compare.is_some();
+        expr::check(condition, comparing)
+            .map_err(|fault| Failure::usage(format!("--fail-if `{condition}`: {fault}")))?;
+    }
+    if args.camera != "auto" && matches!(args.path, Some(CameraPath::File(_))) {
+        return Err(Failure::usage("--path FILE.json has cameras of its own: leave --camera out"));
+    }
     let wanted = [&args.verdicts, &args.json, &args.csv, &args.html].map(|path| path.as_deref());
     let targets: Vec<Target> = wanted.into_iter().flatten().map(Target::from).collect();
     spare_inputs(&targets, &inputs(args))?;
@@ -156,13 +163,9 @@ pub fn run(args: &CullArgs) -> Result<(), Failure> {
     };
     let asked = if args.distributions.is_some() { &wastes[..] } else { &[] };
     let new = report::json(args, measured.as_ref(), asked);
-    let mut tables = measured.as_ref().map(tables::all).unwrap_or_default();
-    if args.distributions.is_some() {
-        tables += &tables::distributions(asked);
-    }
-    if let Some(old) = &old {
-        tables += &compare::table(&new, old);
-    }
+    let compared = old.as_ref().map(|old| compare::table(&new, old)).unwrap_or_default();
+    // Faulty conditions are wrong usage: nothing is written then.
+    let failed = failed(args, &new, old.as_ref())?;
 
     let mut write = |path: &Option<PathBuf>, bytes: &dyn Fn() -> Vec<u8>| {
         let Some(path) = path else { return Ok(()) };
@@ -175,12 +178,20 @@ pub fn run(args: &CullArgs) -> Result<(), Failure> {
     write(&args.json, &|| crate::stats::json(&new))?;
     write(&args.csv, &|| tables::csv(measured, asked).into_bytes())?;
     write(&args.html, &|| html::page(args, measured, &wastes).into_bytes())?;
-    let verdict = judge(args, &new, old.as_ref());
     outputs.commit()?;
-    if !targets.contains(&Target::Stdout) && args.json.is_none() && args.csv.is_none() {
-        print(tables.as_bytes())?;
+    if targets.contains(&Target::Stdout) {
+        compared.lines().filter(|line| !line.is_empty()).for_each(note);
+    } else {
+        let mut tables = measured.map(tables::all).unwrap_or_default();
+        if args.distributions.is_some() {
+            tables += &tables::distributions(asked);
+        }
+        print((tables + &compared).as_bytes())?;
     }
-    verdict
+    match failed {
+        0 => Ok(()),
+        n => Err(Failure::differs(format!("{n} of {} conditions hold", args.fail_if.len()))),
+    }
 }
 
 fn inputs(args: &CullArgs) -> Vec<&std::path::Path> {
@@ -224,9 +235,10 @@ fn measure(args: &CullArgs, level: Level, input: Input) -> Result<Measured, Fail
         };
         shown.push(Shown { figures, drawn });
     }
-    let slowest = sweep::metrics(&shown);
-    let slowest = slowest.iter().rev().find(|m| matches!(m.name, "frame_ms" | "walk_ms"));
-    let focus = slowest.map_or(0, sweep::Metric::worst);
+    // The one with the most to do, by counts: those are the same in every run.
+    let metrics = sweep::metrics(&shown);
+    let busiest = metrics.iter().rev().find(|m| matches!(m.name, "triangles" | "boxes_tested"));
+    let focus = busiest.map_or(0, sweep::Metric::worst);
     let _progress = Progress::show("drawing with every test");
     Ok(Measured {
         verdicts: all.verdicts(&shots[focus].frustum),
@@ -235,7 +247,6 @@ fn measure(args: &CullArgs, level: Level, input: Input) -> Result<Measured, Fail
         sum,
         focus,
         build_ms: all.build_ms,
-        n_nodes: all.quality.n_nodes,
         simd: measure::level_name(level),
         input,
     })
@@ -254,23 +265,16 @@ fn lines(measured: &Measured, numbered: bool) -> Vec<u8> {
     text.into_bytes()
 }
 
-/// Fails if a condition of `--fail-if` holds.
-fn judge(args: &CullArgs, new: &Value, old: Option<&Value>) -> Result<(), Failure> {
-    let mut failed = Vec::new();
+/// How many conditions of `--fail-if` hold; says which, and what figures decided.
+fn failed(args: &CullArgs, new: &Value, old: Option<&Value>) -> Result<usize, Failure> {
+    let mut n = 0;
     for condition in &args.fail_if {
-        let holds = expr::holds(condition, Reports { new, old })
-            .map_err(|fault| Failure::usage(format!("--fail-if `{condition}`: {fault}")))?;
-        if holds {
-            note(format_args!("--fail-if `{condition}` holds"));
-            failed.push(condition.as_str());
+        let wrong = |fault| Failure::usage(format!("--fail-if `{condition}`: {fault}"));
+        let asked = expr::holds(condition, Reports { new, old }).map_err(wrong)?;
+        if asked.holds {
+            n += 1;
+            note(format_args!("--fail-if `{condition}` holds: {}", asked.figures.join(", ")));
         }
     }
-    match failed[..] {
-        [] => Ok(()),
-        _ => Err(Failure::differs(format!(
-            "{} of {} conditions hold",
-            failed.len(),
-            args.fail_if.len()
-        ))),
-    }
+    Ok(n)
 }

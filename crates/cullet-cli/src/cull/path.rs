@@ -31,6 +31,16 @@ const DOLLY: u32 = 32;
 /// More are surely a slip of the finger.
 const MOST: u32 = 100_000;
 
+impl CameraPath {
+    /// How many cameras it names; 0 for a file, which knows itself.
+    pub fn len(&self) -> usize {
+        match self {
+            CameraPath::Orbit { n, .. } | CameraPath::Dolly { n } => *n as usize,
+            CameraPath::File(_) => 0,
+        }
+    }
+}
+
 impl FromStr for CameraPath {
     type Err = String;
 

@@ -31,7 +31,6 @@ pub fn json(args: &CullArgs, measured: Option<&Measured>, wastes: &[Waste]) -> V
         value["simd"] = measured.simd.into();
         merge(&mut value, figures(&measured.sum));
         value["hierarchy"]["build_ms"] = measured.build_ms.into();
-        value["hierarchy"]["nodes"] = measured.n_nodes.into();
         value["sizes"] = measured.sum.sizes.iter().map(|(i, size)| self::size(*i, size)).collect();
         value["invalid"] = count(&measured.sum, Fate::Invalid).into();
         value["empty"] = count(&measured.sum, Fate::Empty).into();
@@ -57,7 +56,8 @@ pub fn json(args: &CullArgs, measured: Option<&Measured>, wastes: &[Waste]) -> V
 
 fn settings(args: &CullArgs) -> Value {
     let file = |path: &Option<PathBuf>| path.as_ref().map(|path| path.display().to_string());
-    let camera = (args.clip_from_world.is_none()).then_some(&args.camera);
+    let unused = args.clip_from_world.is_some() || matches!(args.path, Some(CameraPath::File(_)));
+    let camera = (!unused).then_some(&args.camera);
     json!({
         "scene": args.source.as_ref().map(|source| source.path.display().to_string()),
         "boxes": file(&args.boxes),
@@ -68,6 +68,8 @@ fn settings(args: &CullArgs) -> Value {
         "size": args.size.map(|(width, height)| [width, height]),
         "repeat": args.repeat,
         "cold": args.cold,
+        "frames": args.frames,
+        "distributions": args.distributions,
     })
 }
 
@@ -99,6 +101,7 @@ fn figures(figures: &Figures) -> Value {
         value["in"] = figures.n_in.into();
         value["out"] = (n - figures.n_in).into();
         value["false_visible"] = figures.n_false_visible.into();
+        value["false_culled"] = figures.n_false_culled.into();
         (test.name().to_owned(), value)
     });
     let mut flat = timed("ns_per_box", &figures.flat.ns);
@@ -111,14 +114,24 @@ fn figures(figures: &Figures) -> Value {
     hierarchy["test"] = Test::Both.name().into();
     hierarchy["in"] = tree.n_in.into();
     hierarchy["out"] = (n - tree.n_in).into();
+    hierarchy["nodes"] = tree.levels.iter().map(|level| level.n_nodes).sum::<u64>().into();
     hierarchy["nodes_tested"] = tree.stats.nodes.tested.into();
     hierarchy["items_tested"] = tree.stats.items.tested.into();
     hierarchy["items_untested"] = tree.stats.n_untested.into();
     let [planes, both, exact] = tree.n_tested_by;
     hierarchy["nodes_tested_by"] = json!({"p_vertex": planes, "both": both, "sat": exact});
 
-    let planes = Plane::ALL.iter().zip(figures.planes());
-    let planes = planes.map(|(plane, n)| json!({"plane": plane.name(), "out": n}));
+    let planes = Plane::ALL.iter().zip(figures.rejected()).zip(&figures.planes);
+    let planes = planes.map(|((plane, first), alone)| {
+        let mut value = timed("ns_per_box", &alone.ns);
+        value["plane"] = plane.name().into();
+        // `out`: by this plane, the first in order that rejects; the rest: by it alone.
+        value["out"] = first.into();
+        value["out_alone"] = (n - alone.n_in).into();
+        value["in_alone"] = alone.n_in.into();
+        value["false_visible_alone"] = alone.n_false_visible.into();
+        value
+    });
     let levels = tree.levels.iter().zip(&tree.walked).enumerate();
     let fates = Fate::ALL.iter().zip(figures.fates).map(|(fate, n)| (fate.name().into(), n.into()));
     json!({
@@ -144,6 +157,7 @@ fn timed(name: &str, timing: &Timing) -> Value {
 fn level(index: usize, all: &LevelFigures, walked: &Counts) -> Value {
     json!({
         "level": index,
+        "ns_per_box": all.ns.warm(),
         "nodes": all.n_nodes,
         "tested": walked.tested,
         "in": walked.inside + walked.straddling,
@@ -167,14 +181,15 @@ fn size(exponent: i32, size: &SizeFigures) -> Value {
 fn kept(n: u64, n_in: &[u64; TESTS.len()]) -> Value {
     let exact = n_in[TESTS.len() - 1];
     let value = |(test, n_in): (&Test, &u64)| {
-        let value = json!({"in": n_in, "out": n - n_in, "false_visible": n_in - exact});
+        let wasted = n_in.saturating_sub(exact);
+        let value = json!({"in": n_in, "out": n - n_in, "false_visible": wasted});
         (test.name().to_owned(), value)
     };
     Value::Object(TESTS.iter().zip(n_in).map(value).collect())
 }
 
 fn drawn(drawn: &Drawn) -> Value {
-    let Drawn { mode: Mode { test, hierarchy }, frame } = drawn;
+    let Drawn { mode: Mode { test, hierarchy }, frame, .. } = drawn;
     json!({
         "cull": test.name(),
         "hierarchy": hierarchy,
@@ -188,6 +203,8 @@ fn drawn(drawn: &Drawn) -> Value {
         "raster_ms": ms(frame.stages.raster),
         "shade_ms": ms(frame.stages.shade),
         "frame_ms": drawn.ms(),
+        "frame_min_ms": ms(drawn.min),
+        "spread": drawn.spread,
     })
 }
 

@@ -5,8 +5,8 @@ use cullet::transform::Plane;
 use cullet_measure::{Align, Table};
 
 use super::Measured;
-use super::downstream::ms;
-use super::measure::Figures;
+use super::downstream::{ms, saved_percent};
+use super::measure::{Figures, Timing};
 use super::sweep::metrics;
 use super::verdicts::{Fate, TESTS};
 use super::waste::Waste;
@@ -24,7 +24,7 @@ pub fn all(measured: &Measured) -> String {
     text += &format!("; {visible} visible, {empty} empty, {invalid} invalid; one thread\n\n");
     text += &tests(measured, sum).to_string();
     let planes =
-        Plane::ALL.iter().zip(sum.planes()).map(|(plane, n)| format!("{} {n}", plane.name()));
+        Plane::ALL.iter().zip(sum.rejected()).map(|(plane, n)| format!("{} {n}", plane.name()));
     text += &format!("\nrejected by plane: {}\n", planes.collect::<Vec<_>>().join(", "));
     text += &tree(measured);
     if !measured.downstream.is_empty() {
@@ -97,15 +97,17 @@ fn tree(measured: &Measured) -> String {
         tree.n_in,
     );
     let [planes, both, exact] = tree.n_tested_by;
-    let fewer = |n: u64| 100.0 * (planes - n) as f64 / planes.max(1) as f64;
+    let fewer = |n: u64| 100.0 * planes.saturating_sub(n) as f64 / planes.max(1) as f64;
     text += &format!(
-        "nodes to test if nodes are asked by planes {planes}, by both {both} (-{:.1}%), by sat {exact} \
-         (-{:.1}%)\n\n",
+        "nodes to test if nodes are asked by planes {planes}, by both {both} ({:.1}% fewer), by \
+         sat {exact} ({:.1}% fewer)\n\n",
         fewer(both),
         fewer(exact),
     );
-    let mut table =
-        right("level", ["nodes", "tested", "out", "inside", "crossing", "false visible", "both"]);
+    let mut table = right(
+        "level",
+        ["nodes", "tested", "out", "inside", "crossing", "p-vertex wastes", "both waste"],
+    );
     for (i, (level, walked)) in tree.levels.iter().zip(&tree.walked).enumerate() {
         let [.., planes, _, both, exact] = level.n_in;
         table.push([
@@ -115,8 +117,8 @@ fn tree(measured: &Measured) -> String {
             walked.outside.to_string(),
             walked.inside.to_string(),
             walked.straddling.to_string(),
-            (planes - exact).to_string(),
-            (both - exact).to_string(),
+            planes.saturating_sub(exact).to_string(),
+            both.saturating_sub(exact).to_string(),
         ]);
     }
     text + &table.to_string()
@@ -134,10 +136,11 @@ fn downstream(measured: &Measured) -> String {
             "raster",
             "shade",
             "frame",
+            "least",
             "saves %",
         ],
     );
-    let all = measured.downstream[0].ms();
+    let all = &measured.downstream[0];
     for drawn in &measured.downstream {
         let frame = &drawn.frame;
         let time = |duration| format!("{:.3}", ms(duration));
@@ -151,11 +154,13 @@ fn downstream(measured: &Measured) -> String {
             time(frame.stages.raster),
             time(frame.stages.shade),
             time(frame.total),
-            format!("{:.1}", 100.0 * (1.0 - drawn.ms() / all)),
+            time(drawn.min),
+            saved_percent(all, drawn).map_or("–".into(), |percent| format!("{percent:.1}")),
         ]);
     }
     format!(
-        "\nwhat it saves in the renderer (camera {}; pixels are always the same):\n{table}",
+        "\nwhat it saves in the renderer (camera {}, ms; pixels are always the same; saved of the \
+         least times):\n{table}",
         measured.focus
     )
 }
@@ -201,7 +206,8 @@ pub fn distributions(wastes: &[Waste]) -> String {
     format!("{table}(waste: of the boxes a test keeps, those that are not visible)\n")
 }
 
-/// One row per camera and test, or per kind of generated boxes and test.
+/// One row per camera and test, plane by itself, or level of the tree (by [`Test::Both`]); or per
+/// kind of generated boxes and test.
 pub fn csv(measured: Option<&Measured>, wastes: &[Waste]) -> String {
     let mut table = right(
         "source",
@@ -210,25 +216,33 @@ pub fn csv(measured: Option<&Measured>, wastes: &[Waste]) -> String {
     for (camera, shown) in measured.iter().flat_map(|m| m.shown.iter().enumerate()) {
         let figures = &shown.figures;
         let n: u64 = figures.fates.iter().sum();
-        let name = |test: Test| test.name().to_owned();
-        let mut row = |test: String, n_in: u64, false_visible: u64, ns: &super::measure::Timing| {
-            table.push([
-                "boxes".to_owned(),
-                camera.to_string(),
-                test,
-                n_in.to_string(),
-                (n - n_in).to_string(),
-                false_visible.to_string(),
-                ns.warm().to_string(),
-                ns.cold().map_or(String::new(), |ns| ns.to_string()),
-            ]);
-        };
-        for (test, figures) in TESTS.iter().zip(&figures.tests) {
-            row(name(*test), figures.n_in, figures.n_false_visible, &figures.ns);
+        let mut row =
+            |source: &str, test: String, n: u64, [n_in, wasted]: [u64; 2], ns: &Timing| {
+                table.push([
+                    source.to_owned(),
+                    camera.to_string(),
+                    test,
+                    n_in.to_string(),
+                    (n - n_in).to_string(),
+                    wasted.to_string(),
+                    format!("{:.4}", ns.warm()),
+                    ns.cold().map_or(String::new(), |ns| format!("{ns:.4}")),
+                ]);
+            };
+        for (test, of) in TESTS.iter().zip(&figures.tests) {
+            row("boxes", test.name().to_owned(), n, [of.n_in, of.n_false_visible], &of.ns);
         }
         let flat = &figures.flat;
         let wasted = flat.n_in.saturating_sub(figures.of(Test::Sat).n_in);
-        row("p_vertex_x8".to_owned(), flat.n_in, wasted, &flat.ns);
+        row("boxes", "p_vertex_x8".to_owned(), n, [flat.n_in, wasted], &flat.ns);
+        for (plane, of) in Plane::ALL.iter().zip(&figures.planes) {
+            row("plane", plane.name().to_owned(), n, [of.n_in, of.n_false_visible], &of.ns);
+        }
+        for (i, level) in figures.tree.levels.iter().enumerate() {
+            let [.., both, exact] = level.n_in;
+            let wasted = both.saturating_sub(exact);
+            row("level", i.to_string(), level.n_nodes, [both, wasted], &level.ns);
+        }
     }
     for waste in wastes {
         for test in TESTS {

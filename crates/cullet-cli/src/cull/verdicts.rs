@@ -107,19 +107,16 @@ impl Verdict {
             Fate::Crossing => "crossing",
             _ => "outside",
         };
-        let mut line = serde_json::json!({
-            "i": i,
-            "corners": self.keeps(Test::Corners),
-            "p_vertex": self.keeps(Test::PVertex),
-            "reverse": self.keeps(Test::Reverse),
-            "both": self.keeps(Test::Both),
-            "sat": self.visible(),
-            "class": class,
-        });
-        if let Some(camera) = camera {
-            line["camera"] = camera.into();
-        }
-        line.to_string() + "\n"
+        let camera = camera.map_or(String::new(), |camera| format!(",\"camera\":{camera}"));
+        format!(
+            "{{\"i\":{i},\"corners\":{},\"p_vertex\":{},\"reverse\":{},\"both\":{},\"sat\":{},\
+             \"class\":\"{class}\"{camera}}}\n",
+            self.keeps(Test::Corners),
+            self.keeps(Test::PVertex),
+            self.keeps(Test::Reverse),
+            self.keeps(Test::Both),
+            self.visible(),
+        )
     }
 }
 

@@ -41,6 +41,6 @@ impl Waste {
     /// Percent of what `test` keeps that is not visible.
     pub fn percent(&self, test: Test) -> f64 {
         let kept = self.n_in(test);
-        100.0 * (kept - self.n_in(Test::Sat)) as f64 / kept.max(1) as f64
+        100.0 * kept.saturating_sub(self.n_in(Test::Sat)) as f64 / kept.max(1) as f64
     }
 }

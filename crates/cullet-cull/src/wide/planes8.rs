@@ -62,7 +62,7 @@ impl Plane32 {
     /// Plane `index` of `frustum`, for boxes stored in `space` that all lie within `bounds`.
     #[inline(always)]
     fn new(frustum: &Frustum, index: usize, space: &Space, bounds: &Box32) -> Plane32 {
-        let (plane, slack) = (&frustum.planes[index], frustum.uncertainty(index));
+        let (plane, slack) = (&frustum.planes[index], frustum.errors[index]);
         let from_eye = (space.origin - frustum.origin) * space.scale;
         let (offset, offset_slack) = (plane.offset * space.scale, slack.offset * space.scale);
         let terms = plane.normal * from_eye;

@@ -14,6 +14,9 @@ const HEIGHT: f64 = 460.0;
 /// More would only cover each other, and make the page slow.
 pub const MOST_BOXES: usize = 3000;
 
+/// How far beyond the middle half of all boxes the page may reach, as a multiple of its width.
+const STRAY: f64 = 4.0;
+
 /// A direction to look along: which world axes go right and up on the page, and their signs.
 #[derive(Clone, Copy)]
 pub struct Projection {
@@ -57,6 +60,8 @@ pub struct Map<'a> {
     pub verdicts: &'a [Verdict],
     /// World space.
     pub frustum: &'a Frustum,
+    /// It is a camera's, and has an eye.
+    pub eye: bool,
 }
 
 impl Map<'_> {
@@ -79,6 +84,8 @@ impl Map<'_> {
             if low.x > high.x || low.y > high.y {
                 continue; // off the page
             }
+            let everywhere = low == -border && high == page + border;
+            let opacity = if everywhere { " fill-opacity='.04'" } else { "" };
             // Flat boxes and distant ones still show.
             let size = (high - low).max(DVec2::ONE);
             let fate = self.verdicts[i].fate;
@@ -86,7 +93,7 @@ impl Map<'_> {
             let _ = write!(
                 body,
                 "<rect class='f{class}' x='{:.1}' y='{:.1}' width='{:.1}' height='{:.1}' fill='{color}' \
-                 stroke='{color}'><title>box {i}: {}</title></rect>",
+                 stroke='{color}'{opacity}><title>box {i}: {}</title></rect>",
                 low.x,
                 low.y,
                 size.x,
@@ -106,7 +113,7 @@ impl Map<'_> {
             .collect();
         let eye = place(projection.of(self.frustum.origin));
         let _ = write!(body, "<polygon class='frustum' points='{}'/>", outline.join(" "));
-        if eye.is_finite() {
+        if self.eye && eye.is_finite() {
             let _ = write!(body, "<circle class='eye' cx='{:.1}' cy='{:.1}' r='4'/>", eye.x, eye.y);
         }
         format!("<svg viewBox='0 0 {WIDTH} {HEIGHT}' role='img'>{body}</svg>")
@@ -130,17 +137,31 @@ impl Map<'_> {
         let finite = |bounds: &&Aabb| bounds.min.is_finite() && bounds.max.is_finite();
         let rects: Vec<[DVec2; 2]> =
             self.boxes.iter().filter(finite).map(|bounds| projection.rect(bounds)).collect();
-        let quantile = |end: usize, axis: usize, share: f64| {
-            let mut values: Vec<f64> = rects.iter().map(|rect| rect[end][axis]).collect();
-            values.sort_by(f64::total_cmp);
-            let rank = (share * values.len().saturating_sub(1) as f64).round() as usize;
-            values.get(rank).copied()
+        // The eye, or where the volume begins.
+        let eye = match self.eye {
+            true => self.frustum.origin,
+            false => self.frustum.origin + self.frustum.corners[0].truncate(),
         };
-        let eye = projection.of(self.frustum.origin);
+        let eye = projection.of(eye);
         let eye = if eye.is_finite() { eye } else { DVec2::ZERO };
-        let low = |axis| quantile(0, axis, 0.01).map_or(eye[axis], |v| v.min(eye[axis]));
-        let high = |axis| quantile(1, axis, 0.99).map_or(eye[axis], |v| v.max(eye[axis]));
-        let (low, high) = (DVec2::new(low(0), low(1)), DVec2::new(high(0), high(1)));
+        let side = |axis: usize| {
+            let [low, high] = [0, 1].map(|end| {
+                let mut values: Vec<f64> = rects.iter().map(|rect| rect[end][axis]).collect();
+                values.sort_by(f64::total_cmp);
+                values
+            });
+            let at = |values: &[f64], share: f64| {
+                let rank = (share * values.len().saturating_sub(1) as f64).round() as usize;
+                values.get(rank).copied().unwrap_or(eye[axis])
+            };
+            // Boxes some times farther out than the middle half of them is wide are left out.
+            let reach = STRAY * (at(&high, 0.75) - at(&low, 0.25));
+            let least = at(&low, 0.01).max(at(&low, 0.25) - reach).min(eye[axis]);
+            let most = at(&high, 0.99).min(at(&high, 0.75) + reach).max(eye[axis]);
+            (least, most)
+        };
+        let (x, y) = (side(0), side(1));
+        let (low, high) = (DVec2::new(x.0, y.0), DVec2::new(x.1, y.1));
         let margin = 0.06 * (high - low).max_element();
         let margin = if margin > 0.0 && margin.is_finite() { margin } else { 1.0 };
         [low - margin, high + margin]
@@ -219,12 +240,13 @@ mod tests {
         for boxes in [
             vec![],
             vec![Aabb::NAN, Aabb::EMPTY, Aabb::INFINITE, unit],
+            vec![unit, unit, unit, unit, Aabb { min: unit.min * 1e30, max: unit.max }],
             vec![Aabb { min: DVec3::ZERO, max: DVec3::ZERO }],
             vec![unit; MOST_BOXES + 5],
         ] {
             let verdicts: Vec<Verdict> =
                 boxes.iter().map(|bounds| Verdict::on(bounds, &frustum, &sat)).collect();
-            let map = Map { boxes: &boxes, verdicts: &verdicts, frustum: &frustum };
+            let map = Map { boxes: &boxes, verdicts: &verdicts, frustum: &frustum, eye: true };
             for projection in [Projection::TOP, Projection::side(DVec3::NEG_Z)] {
                 let drawn = map.draw(projection);
                 assert!(!drawn.contains("NaN") && !drawn.contains("inf"), "{drawn}");

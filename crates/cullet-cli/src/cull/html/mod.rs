@@ -10,7 +10,7 @@ use cullet::cull::Test;
 use cullet::transform::Plane;
 use cullet::{Frame, Renderer, Settings, View};
 
-use super::downstream::{Mode, ms};
+use super::downstream::{Mode, ms, saved_percent};
 use super::measure::Figures;
 use super::sweep::{Metric, metrics};
 use super::verdicts::{Fate, TESTS};
@@ -18,7 +18,7 @@ use super::waste::Waste;
 use super::{CullArgs, Measured, report};
 use crate::picture_file::{Format, Pixels, PngCompression, Samples, encode};
 use map::{MOST_BOXES, Map, Projection};
-use svg::{Bar, Part, Series, bars, lines, short};
+use svg::{Bar, Part, Series, bars, lines, shares, short};
 
 const GREEN: &str = "#2f9e62";
 const RED: &str = "#e5484d";
@@ -40,7 +40,8 @@ fn color(fate: Fate) -> &'static str {
         Fate::Plane(Plane::Far) => "#9c755f",
         Fate::Reverse => ORANGE,
         Fate::Edges => RED,
-        Fate::Empty | Fate::Invalid => GREY,
+        Fate::Empty => GREY,
+        Fate::Invalid => "#5b6472",
     }
 }
 
@@ -87,9 +88,10 @@ pub fn page(args: &CullArgs, measured: Option<&Measured>, wastes: &[Waste]) -> S
     let _ = writeln!(
         body,
         "<footer>cullet {}, report schema {}. False visible: kept by a test, rejected by the exact \
-         one. No test ever rejects a box that the exact test keeps.</footer>",
+         one. False culls, the other way around: {}.</footer>",
         env!("CARGO_PKG_VERSION"),
-        report::SCHEMA
+        report::SCHEMA,
+        measured.map_or(0, |m| m.sum.tests.iter().map(|test| test.n_false_culled).sum::<u64>()),
     );
     format!(
         "<!doctype html>\n<html lang='en'><head><meta charset='utf-8'>\
@@ -114,8 +116,8 @@ fn about(args: &CullArgs, measured: &Measured) -> String {
     let sum = &measured.sum;
     let cameras = match (measured.shown.len(), &args.path) {
         (n, Some(path)) => format!(
-            "{n} cameras along <b>{}</b>; pictures and charts show camera {}, the one of the slowest \
-             frame, unless they say otherwise",
+            "{n} cameras along <b>{}</b>; pictures and charts show camera {}, the one with the most to \
+             do, unless they say otherwise",
             escape(&report::path_name(path)),
             measured.focus
         ),
@@ -179,8 +181,12 @@ fn tiles(measured: &Measured, figures: &Figures) -> String {
 
 fn maps(measured: &Measured) -> String {
     let shot = &measured.input.shots[measured.focus];
-    let map =
-        Map { boxes: &measured.input.boxes, verdicts: &measured.verdicts, frustum: &shot.frustum };
+    let map = Map {
+        boxes: &measured.input.boxes,
+        verdicts: &measured.verdicts,
+        frustum: &shot.frustum,
+        eye: shot.camera.is_some(),
+    };
     let forward =
         shot.camera.map_or(shot.frustum.planes[Plane::Near.index()].normal, |c| -c.back());
     let (mut keys, mut switches, mut rules) = (String::new(), String::new(), String::new());
@@ -309,8 +315,9 @@ fn costs(sum: &Figures, simd: &str) -> String {
     };
     section(
         "What each test costs",
-        "Nanoseconds per box, median of interleaved rounds; <b>cold</b>: after the caches were \
-         filled with something else.",
+        "Nanoseconds per box, median of interleaved rounds, on a path the mean over its cameras; \
+         <b>cold</b>: after the caches were filled with something else, at the first camera. \
+         x8: eight boxes at a time in f32, the test that the tree makes.",
         &bars(&rows.map(bar).collect::<Vec<_>>()),
     )
 }
@@ -356,7 +363,7 @@ fn sizes(sum: &Figures) -> String {
                 let kept = sum.sizes.get(&i).map_or([0; TESTS.len()], |size| size.n_in);
                 match kept[test] {
                     0 => f64::NAN,
-                    n => percent(n - kept[exact], n),
+                    n => percent(n.saturating_sub(kept[exact]), n),
                 }
             })
             .collect(),
@@ -369,17 +376,17 @@ fn sizes(sum: &Figures) -> String {
         .collect();
     let body = lines(
         &[
-            series("p-vertex", BLUE, 2),
-            series("reverse", ORANGE, 3),
-            series("both", "#8d63b8", 4),
             series("sat", GREEN, exact),
+            series("reverse", ORANGE, 3),
+            series("p-vertex", BLUE, 2),
+            series("both", "#8d63b8", 4),
         ],
         &names,
         "% of what the test keeps is not visible",
     );
     let text = "By the longest edge of the box, from a power of two up to the next, in units of the \
-                scene. Planes alone waste on boxes larger than the view, the reverse test on small \
-                ones.";
+                scene, all cameras together. Planes alone waste on boxes larger than the view, the \
+                reverse test on small ones.";
     section("Waste by size of box", text, &body)
 }
 
@@ -428,7 +435,7 @@ fn levels(measured: &Measured, figures: &Figures) -> String {
         note: format!("{} of {} tested", short(items.tested as f64), short(n as f64)),
     });
     let [planes, both, exact] = tree.n_tested_by;
-    let fewer = |n: u64| percent(planes - n, planes);
+    let fewer = |n: u64| percent(planes.saturating_sub(n), planes);
     let text = format!(
         "Eight children to a node, asked by planes with inherited masks: \
          <b style='color:#2f9e62'>inside</b>, crossing, <b style='color:#4c78c8'>outside</b>, and \
@@ -438,7 +445,7 @@ fn levels(measured: &Measured, figures: &Figures) -> String {
         fewer(both),
         fewer(exact)
     );
-    section("Down the tree", &text, &bars(&rows))
+    section("Down the tree", &text, &shares(&rows))
 }
 
 fn downstream(measured: &Measured) -> String {
@@ -462,7 +469,10 @@ fn downstream(measured: &Measured) -> String {
                     title: format!("{name} {:.3} ms", ms(*time)),
                 })
                 .collect(),
-            note: format!("{} ms", short(drawn.ms())),
+            note: match saved_percent(&measured.downstream[0], drawn) {
+                Some(percent) => format!("{} ms, saves {percent:.0}%", short(drawn.ms())),
+                None => format!("{} ms", short(drawn.ms())),
+            },
         });
         let _ = write!(
             rows,
@@ -487,7 +497,8 @@ fn downstream(measured: &Measured) -> String {
         "Real frames, one thread: time to <b style='color:#e5484d'>cull</b>, for \
          <b style='color:#4c78c8'>geometry</b>, <b style='color:#f0872e'>coverage and depth</b>, \
          and <b style='color:#2f9e62'>shading</b>. Culling never changes a pixel, so those shaded \
-         are the same in every row: what is saved is vertex work.",
+         are the same in every row: what is saved is vertex work, told by the fastest of the \
+         frames, and only where a triangle was spared.",
         &body,
     )
 }

@@ -8,7 +8,7 @@ use super::escape;
 const WIDTH: f64 = 620.0;
 const ROW: f64 = 26.0;
 const LABEL: f64 = 130.0;
-const NUMBERS: f64 = 140.0;
+const NUMBERS: f64 = 170.0;
 
 /// A part of a bar.
 pub struct Part {
@@ -47,12 +47,26 @@ fn drawing(height: f64, body: &str) -> String {
 
 /// Bars on one scale that begins at 0.
 pub fn bars(bars: &[Bar]) -> String {
-    let sum = |bar: &Bar| bar.parts.iter().map(|part| part.value).sum::<f64>();
     let longest = bars.iter().map(sum).fold(0.0, f64::max);
-    let scale = if longest > 0.0 { (WIDTH - LABEL - NUMBERS) / longest } else { 0.0 };
+    drawn(bars, |_| longest)
+}
+
+/// Bars of one length: what parts they are made of.
+pub fn shares(bars: &[Bar]) -> String {
+    drawn(bars, sum)
+}
+
+fn sum(bar: &Bar) -> f64 {
+    bar.parts.iter().map(|part| part.value).sum()
+}
+
+/// Each bar on a scale that ends at `end`.
+fn drawn(bars: &[Bar], end: impl Fn(&Bar) -> f64) -> String {
     let mut body = String::new();
     for (i, bar) in bars.iter().enumerate() {
         let y = ROW * i as f64;
+        let end = end(bar);
+        let scale = if end > 0.0 { (WIDTH - LABEL - NUMBERS) / end } else { 0.0 };
         let text_y = y + 17.0;
         let _ = write!(
             body,
@@ -170,6 +184,7 @@ pub fn short(value: f64) -> String {
     let size = value.abs();
     match value {
         _ if !value.is_finite() => "–".into(),
+        _ if size >= 1e12 => format!("{value:.0e}"),
         _ if size >= 1e9 => format!("{:.1} G", value / 1e9),
         _ if size >= 1e6 => format!("{:.1} M", value / 1e6),
         _ if size >= 1e4 => format!("{:.1} k", value / 1e3),
