@@ -7,6 +7,7 @@
 //! Source: Assarsson and Möller, "Optimized View Frustum Culling Algorithms for Bounding
 //! Boxes", Journal of Graphics Tools 5(1), 2000, who start from it; INFOGR lecture 6.
 
+use crate::halfspace::excludes_point;
 use crate::{Aabb, Frustum};
 
 /// Whether no plane has all corners of `bounds` behind it. NaN: true; empty: false.
@@ -15,6 +16,9 @@ pub fn corners_visible(bounds: &Aabb, frustum: &Frustum) -> bool {
         return verdict;
     }
     let corners = bounds.relative_to(frustum.origin).corners();
-    let behind = |plane| corners.iter().all(|&p| frustum.excludes(plane, &Aabb { min: p, max: p }));
+    let behind = |plane: usize| {
+        let (plane, error) = (&frustum.planes[plane], &frustum.errors[plane]);
+        corners.iter().all(|&corner| excludes_point(plane, error, corner))
+    };
     !(0..6).any(behind)
 }

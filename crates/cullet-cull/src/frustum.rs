@@ -29,7 +29,7 @@
 use cullet_transform::{Camera, Kind, Projection, Window};
 use glam::{DMat3, DVec3, DVec4};
 
-use crate::halfspace::Halfspace;
+use crate::halfspace::{Halfspace, excludes, holds};
 use crate::implied::Row;
 use crate::matrix::ExactRows;
 use crate::number::Interval;
@@ -191,16 +191,19 @@ impl Frustum {
 
     /// Whether plane `index` excludes `bounds`: a proof like `farthest(index, bounds) < 0.0`, but
     /// quicker. The two may differ within the rounding that both allow for.
-    #[inline]
+    #[inline(always)]
     pub fn excludes(&self, index: usize, bounds: &Aabb) -> bool {
-        self.halfspace(index).excludes(bounds)
+        // Planes at infinity exclude nothing.
+        self.planes[index].offset < f64::INFINITY
+            && excludes(&self.planes[index], &self.errors[index], bounds)
     }
 
     /// Whether `bounds` lies wholly inside plane `index`: likewise like
     /// `nearest(index, bounds) >= 0.0`.
-    #[inline]
+    #[inline(always)]
     pub fn holds(&self, index: usize, bounds: &Aabb) -> bool {
-        self.halfspace(index).holds(bounds)
+        self.planes[index].offset == f64::INFINITY
+            || holds(&self.planes[index], &self.errors[index], bounds)
     }
 
     /// Plane `index`, give or take the slack.

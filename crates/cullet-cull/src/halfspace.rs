@@ -30,48 +30,13 @@ const EIGHTH: f64 = 0.125;
 const UNDERFLOW: f64 = 64.0 * f64::from_bits(1);
 
 impl Halfspace {
-    /// Whether no point of `bounds` lies inside, proven by a plain sum where that is clear, and by
-    /// `farthest(bounds) < 0.0` where it is not: a quarter of the time.
-    #[inline]
+    /// [`excludes`].
     pub fn excludes(&self, bounds: &Aabb) -> bool {
-        let normal = self.plane.normal;
-        let farthest = DVec3::select(normal.cmpge(DVec3::ZERO), bounds.max, bounds.min);
-        let (distance, doubt) = (self.distance(farthest), self.doubt(bounds));
-        // False for NaN, and for what is infinite.
-        let clear = distance.abs() > doubt && distance.is_finite();
-        if clear { distance < 0.0 } else { self.farthest(bounds) < 0.0 }
-    }
-
-    /// Whether all of `bounds` lies inside, likewise by `nearest(bounds) >= 0.0`. False for NaN.
-    #[inline]
-    pub fn holds(&self, bounds: &Aabb) -> bool {
-        let normal = self.plane.normal;
-        let nearest = DVec3::select(normal.cmpge(DVec3::ZERO), bounds.min, bounds.max);
-        let (distance, doubt) = (self.distance(nearest), self.doubt(bounds));
-        let clear = distance.abs() > doubt && distance.is_finite();
-        if clear { distance > 0.0 } else { self.nearest(bounds) >= 0.0 }
-    }
-
-    /// No less than [`Halfspace::farthest`], and little more, for a box that is one point.
-    #[inline]
-    pub fn at_most(&self, point: &Aabb) -> f64 {
-        let distance = self.distance(point.min) + self.doubt(point);
-        if distance.is_finite() { distance } else { self.farthest(point) }
-    }
-
-    /// Of `point`, as if the coefficients were right.
-    fn distance(&self, point: DVec3) -> f64 {
-        self.plane.normal.dot(point) + self.plane.offset
-    }
-
-    /// How far [`Halfspace::distance`] may be off anywhere in `bounds`. It has fewer roundings
-    /// than are counted in the error, which pays for those of this sum.
-    fn doubt(&self, bounds: &Aabb) -> f64 {
-        let reach = bounds.min.abs().max(bounds.max.abs());
-        self.error.normal.dot(reach) + (self.error.offset + UNDERFLOW)
+        excludes(&self.plane, &self.error, bounds)
     }
 
     /// No point of `bounds` lies farther inside than this: below zero excludes the box.
+    #[inline(never)]
     pub fn farthest(&self, bounds: &Aabb) -> f64 {
         let end =
             |x: DVec3| times(EIGHTH * (self.plane.normal + self.error.normal * x.signum()), x);
@@ -92,9 +57,83 @@ impl Halfspace {
 
     /// No point of `bounds` lies farther outside than this, as a signed distance: zero or
     /// more, and the box lies wholly inside.
+    #[inline(never)]
     pub fn nearest(&self, bounds: &Aabb) -> f64 {
         -Halfspace { plane: -self.plane, error: self.error }.farthest(bounds)
     }
+}
+
+/// Whether no point of `bounds` lies inside, proven by a plain sum where that is clear, and by
+/// [`Halfspace::farthest`] below zero where it is not: a quarter of the time.
+///
+/// By reference, plane and error apart: a copy of both would be read back before it is written.
+#[inline(always)]
+pub(crate) fn excludes(plane: &Plane, error: &Plane, bounds: &Aabb) -> bool {
+    let farthest = DVec3::select(plane.normal.cmpge(DVec3::ZERO), bounds.max, bounds.min);
+    let (distance, doubt) = (distance(plane, farthest), doubt(error, reach(bounds)));
+    if clear(distance, doubt) {
+        return distance < 0.0;
+    }
+    Halfspace { plane: *plane, error: *error }.farthest(bounds) < 0.0
+}
+
+/// Whether all of `bounds` lies inside, likewise by [`Halfspace::nearest`]. False for NaN.
+#[inline(always)]
+pub(crate) fn holds(plane: &Plane, error: &Plane, bounds: &Aabb) -> bool {
+    let nearest = DVec3::select(plane.normal.cmpge(DVec3::ZERO), bounds.min, bounds.max);
+    let (distance, doubt) = (distance(plane, nearest), doubt(error, reach(bounds)));
+    if clear(distance, doubt) {
+        return distance > 0.0;
+    }
+    Halfspace { plane: *plane, error: *error }.nearest(bounds) >= 0.0
+}
+
+/// Whether a single point lies outside, in the same way.
+#[inline(always)]
+pub(crate) fn excludes_point(plane: &Plane, error: &Plane, point: DVec3) -> bool {
+    let (distance, doubt) = (distance(plane, point), doubt(error, point.abs()));
+    if clear(distance, doubt) {
+        return distance < 0.0;
+    }
+    let point = Aabb { min: point, max: point };
+    Halfspace { plane: *plane, error: *error }.farthest(&point) < 0.0
+}
+
+/// How far inside `point` is at most: [`Halfspace::farthest`], or a little more.
+#[inline(always)]
+pub(crate) fn at_most(plane: &Plane, error: &Plane, point: DVec3) -> f64 {
+    let distance = distance(plane, point) + doubt(error, point.abs());
+    if distance.abs() < f64::INFINITY {
+        return distance;
+    }
+    let point = Aabb { min: point, max: point };
+    Halfspace { plane: *plane, error: *error }.farthest(&point)
+}
+
+/// The largest size of each coordinate.
+#[inline(always)]
+fn reach(bounds: &Aabb) -> DVec3 {
+    bounds.min.abs().max(bounds.max.abs())
+}
+
+/// Of `point`, as if the coefficients were right.
+#[inline(always)]
+fn distance(plane: &Plane, point: DVec3) -> f64 {
+    plane.normal.dot(point) + plane.offset
+}
+
+/// How far [`distance`] may be off for points with coordinates up to `reach`. It has fewer roundings than are counted in
+/// the error, which pays for those of this sum.
+#[inline(always)]
+fn doubt(error: &Plane, reach: DVec3) -> f64 {
+    error.normal.dot(reach) + (error.offset + UNDERFLOW)
+}
+
+/// Whether the sign of a distance is beyond doubt: not for NaN, nor where a sum overflowed.
+#[inline(always)]
+fn clear(distance: f64, doubt: f64) -> bool {
+    let size = distance.abs();
+    size > doubt && size < f64::INFINITY
 }
 
 /// The errors of a rounded half-space, none where a coefficient is exactly zero.
@@ -142,7 +181,7 @@ mod tests {
         let bounds = Aabb { min: corner, max: corner };
         let halfspace = Halfspace::from(plane);
         assert!(halfspace.farthest(&bounds) > 0.0 && !halfspace.excludes(&bounds));
-        assert!(halfspace.holds(&bounds));
+        assert!(holds(&halfspace.plane, &halfspace.error, &bounds));
     }
 
     proptest! {
@@ -160,7 +199,7 @@ mod tests {
             let plane = Plane { normal, offset: -normal.dot(through) };
             let halfspace = Halfspace::from(plane);
             prop_assert_eq!(halfspace.excludes(&bounds), halfspace.farthest(&bounds) < 0.0);
-            prop_assert_eq!(halfspace.holds(&bounds), halfspace.nearest(&bounds) >= 0.0);
+            prop_assert_eq!(holds(&halfspace.plane, &halfspace.error, &bounds), halfspace.nearest(&bounds) >= 0.0);
         }
     }
 }

@@ -7,7 +7,7 @@
 
 use glam::DVec3;
 
-use crate::halfspace::EVALUATION;
+use crate::halfspace::{EVALUATION, at_most};
 use crate::{Aabb, Frustum};
 
 /// All points within `radius` of `center`, the surface included.
@@ -63,11 +63,9 @@ pub fn sphere_visible(sphere: &Sphere, frustum: &Frustum) -> bool {
         return sphere.is_nan();
     }
     let center = sphere.center - frustum.origin;
-    let point = Aabb { min: center, max: center };
-    (0..6).all(|i| {
-        let halfspace = frustum.halfspace(i);
-        let doubt = EVALUATION + halfspace.error.normal.element_sum();
-        let behind = halfspace.at_most(&point) + sphere.radius * (1.0 + doubt) < 0.0;
+    frustum.planes.iter().zip(&frustum.errors).all(|(plane, error)| {
+        let doubt = EVALUATION + error.normal.element_sum();
+        let behind = at_most(plane, error, center) + sphere.radius * (1.0 + doubt) < 0.0;
         !behind
     })
 }

@@ -102,8 +102,9 @@ fn summed_up(mode: Mode, frames: &mut [FrameStats]) -> Option<Drawn> {
 }
 
 /// Percent of the time without culling that a way of culling saves, by the fastest frames; `None`
-/// where it spared no triangle, and any difference is noise.
+/// where it spared no triangle, or less than the spread of the times.
 pub fn saved_percent(all: &Drawn, drawn: &Drawn) -> Option<f64> {
     let spared = drawn.frame.n_triangles_of_culled_objects > 0;
-    spared.then(|| 100.0 * (1.0 - drawn.min.as_secs_f64() / all.min.as_secs_f64()))
+    let saved = 1.0 - drawn.min.as_secs_f64() / all.min.as_secs_f64();
+    (spared && saved.abs() > all.spread.max(drawn.spread)).then_some(100.0 * saved)
 }

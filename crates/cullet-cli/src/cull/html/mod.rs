@@ -498,7 +498,7 @@ fn downstream(measured: &Measured) -> String {
          <b style='color:#4c78c8'>geometry</b>, <b style='color:#f0872e'>coverage and depth</b>, \
          and <b style='color:#2f9e62'>shading</b>. Culling never changes a pixel, so those shaded \
          are the same in every row: what is saved is vertex work, told by the fastest of the \
-         frames, and only where a triangle was spared.",
+         frames, where it is more than their spread.",
         &body,
     )
 }
