@@ -5,7 +5,7 @@
 //! snapped position is known without floating point.
 
 use cullet::raster::{
-    DepthFormat, Facing, KeepAll, NO_TRIANGLE, ReversedF32, Tile, Triangles, cover, set_up,
+    DepthFormat, Facing, KeepAll, NO_TRIANGLE, Placer, ReversedF32, Tile, Triangles, cover, set_up,
 };
 use cullet::transform::{ClipPoint, PlaneMask, Viewport};
 use cullet_tests::{Random, long_mode};
@@ -53,16 +53,17 @@ fn drawn(triangles: &[[Fine; 3]], w: f64) -> Vec<u32> {
     let mut counts = vec![0; n];
     let (mut ids, mut depth) = (vec![NO_TRIANGLE; n], vec![ReversedF32::FARTHEST; n]);
     for corners in triangles {
-        let points = corners.map(|p| clip_point(p, w));
+        let placer = Placer::<8>::new(viewport, PlaneMask::ALL);
+        let vertices = corners.map(|p| placer.place(clip_point(p, w)));
         let input = Triangles {
-            points: &points,
+            vertices: &vertices,
             triangles: &[[0, 1, 2]],
+            first_vertex: 0,
             first_id: 0,
-            planes: PlaneMask::ALL,
             facing: Facing::Both,
         };
         let mut out = Vec::new();
-        set_up::<8>(viewport, &input, &mut out);
+        set_up(&placer, &input, &mut out);
         let mut tile = Tile::<ReversedF32> {
             x: 0,
             y: 0,

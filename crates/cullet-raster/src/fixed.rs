@@ -47,7 +47,15 @@ fn snap_coordinate<const BITS: u32>(px: f64, side: u32) -> i64 {
     let inside = if px > low { px } else { low };
     let inside = if inside < high { inside } else { high };
     let units = inside * f64::from(1u32 << BITS); // a power of two: exact
-    units.round_ties_even() as i64
+    round_half_even(units)
+}
+
+/// The integer nearest to `x`, ties to even, for |x| < 2^51: a sum with 1.5 * 2^52 has no bits left
+/// for a fraction, and its last bits are the integer (Hacker's Delight, 2012, section 17.1). Targets
+/// without a rounding instruction would call a function for it.
+fn round_half_even(x: f64) -> i64 {
+    const SHIFT: f64 = 6_755_399_441_055_744.0;
+    (x + SHIFT).to_bits().wrapping_sub(SHIFT.to_bits()) as i64
 }
 
 #[cfg(test)]
@@ -88,5 +96,14 @@ mod tests {
         }
         assert_eq!(guard_band(MAX_SIDE, 12), GUARD_BAND);
         assert_eq!(guard_band(16384, 16), 8192);
+    }
+
+    #[test]
+    fn rounding_is_that_of_the_instruction() {
+        let halves = (-9..9).map(|i| f64::from(i) + 0.5);
+        let large = [1e12 + 0.5, -1e12 - 1.5, 2f64.powi(50) + 0.5, 1.0 - 2f64.powi(51), 0.1, -0.0];
+        for x in halves.chain(large).flat_map(|x| [x.next_down(), x, x.next_up()]) {
+            assert_eq!(round_half_even(x), x.round_ties_even() as i64, "{x}");
+        }
     }
 }

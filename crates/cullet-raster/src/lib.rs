@@ -30,4 +30,4 @@ pub use depth::{DepthFormat, ReversedF32, StandardF32, StandardU16, StandardU24}
 pub use fixed::{Fixed, GUARD_BAND, guard_band, snap};
 pub use fragment::Fragment;
 pub use interpolate::Interpolator;
-pub use setup::{Facing, ScreenTriangle, SetupCounters, Triangles, set_up};
+pub use setup::{Facing, Placer, ScreenTriangle, SetupCounters, Triangles, Vertex, set_up};

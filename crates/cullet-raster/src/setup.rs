@@ -1,7 +1,8 @@
 //! Set-up: from clip-space corners to triangles ready to be covered.
 //!
-//! Per triangle: drop what is not finite or lies outside one plane with all corners, clip what
-//! must be, divide, snap, decide facing by the snapped area. All later work on coverage is exact.
+//! Per vertex, however many triangles share it: outcode, divide, snap ([`Placer`]). Per triangle: drop
+//! what is not finite or lies outside one plane with all corners, clip what must be, decide facing
+//! by the snapped area. All later work on coverage is exact.
 
 use cullet_transform::{ClipPoint, PlaneMask, Viewport};
 
@@ -19,17 +20,69 @@ pub enum Facing {
     Clockwise,
 }
 
-/// The triangles of one object, in clip space.
+/// A vertex with all that triangles ask of it.
+#[derive(Clone, Copy, Debug)]
+pub struct Vertex {
+    clip: ClipPoint,
+    /// Snapped; meaningless where `cuts` is not empty.
+    at: Fixed,
+    /// Reversed depth, in `0..=1`; likewise.
+    depth: f64,
+    /// The planes it lies outside of.
+    outside: PlaneMask,
+    /// The planes that cut its triangles; all where it is not finite.
+    cuts: PlaneMask,
+}
+
+/// Puts vertices on the screen. `BITS` is the number of subpixel bits, 1..=16; 8 is the default
+/// everywhere.
+#[derive(Clone, Copy, Debug)]
+pub struct Placer<const BITS: u32> {
+    viewport: Viewport,
+    guard: GuardBand,
+    planes: PlaneMask,
+}
+
+impl<const BITS: u32> Placer<BITS> {
+    /// `planes` may cut the object. Planes not in the mask are not tested at all.
+    pub fn new(viewport: Viewport, planes: PlaneMask) -> Self {
+        Placer { viewport, guard: GuardBand::new(viewport, BITS), planes }
+    }
+
+    /// Tests, divides and snaps.
+    #[inline]
+    pub fn place(&self, clip: ClipPoint) -> Vertex {
+        let (mut outside, mut cuts) = (PlaneMask::NONE, PlaneMask::NONE);
+        if !clip.is_finite() {
+            cuts = PlaneMask::ALL;
+        } else if !self.planes.is_empty() {
+            outside = clip.outcode().and(self.planes);
+            cuts = self.guard.cuts(&clip, self.planes);
+        }
+        let (at, depth) = match cuts.is_empty() {
+            true => (snap::<BITS>(self.viewport, &clip), clamped_depth(&clip)),
+            false => (Fixed { x: 0, y: 0 }, 0.0),
+        };
+        Vertex { clip, at, depth, outside, cuts }
+    }
+}
+
+/// Division may round a clipped depth past the end.
+fn clamped_depth(point: &ClipPoint) -> f64 {
+    point.ndc().depth.clamp(0.0, 1.0)
+}
+
+/// The triangles of one object.
 #[derive(Clone, Copy, Debug)]
 pub struct Triangles<'a> {
     /// Corners.
-    pub points: &'a [ClipPoint],
-    /// Indices into `points`.
+    pub vertices: &'a [Vertex],
+    /// Indices into `vertices`, after `first_vertex` is taken off.
     pub triangles: &'a [[u32; 3]],
+    /// The index of the first of `vertices`.
+    pub first_vertex: u32,
     /// Id of the first triangle; the others follow.
     pub first_id: u32,
-    /// The planes that may cut the object. Planes not in the mask are not tested at all.
-    pub planes: PlaneMask,
     /// Which side is drawn.
     pub facing: Facing,
 }
@@ -77,37 +130,30 @@ impl core::ops::AddAssign for SetupCounters {
     }
 }
 
-/// Appends the set-up triangles of `input` to `out`, in order. `BITS` is the number of subpixel
-/// bits, 1..=16; 8 is the default everywhere.
+/// Appends the set-up triangles of `input` to `out`, in order; its vertices come from `placer`.
 pub fn set_up<const BITS: u32>(
-    viewport: Viewport,
+    placer: &Placer<BITS>,
     input: &Triangles<'_>,
     out: &mut Vec<ScreenTriangle>,
 ) -> SetupCounters {
-    let guard = GuardBand::new(viewport, BITS);
     let mut counters = SetupCounters { n_in: input.triangles.len() as u64, ..Default::default() };
     for (id, triangle) in (input.first_id..).zip(input.triangles) {
-        let corners = triangle.map(|i| input.points[i as usize]);
-        if !corners.iter().all(ClipPoint::is_finite) {
-            counters.n_not_finite += 1;
+        let corners = triangle.map(|i| &input.vertices[(i - input.first_vertex) as usize]);
+        let [a, b, c] = corners;
+        if !a.outside.and(b.outside).and(c.outside).is_empty() {
+            counters.n_outside += 1;
             continue;
         }
-        let mut cuts = PlaneMask::NONE;
-        if !input.planes.is_empty() {
-            let [a, b, c] = corners.map(|p| p.outcode().and(input.planes));
-            if !a.and(b).and(c).is_empty() {
-                counters.n_outside += 1;
-                continue;
-            }
-            for corner in &corners {
-                cuts = cuts.or(guard.cuts(corner, input.planes));
-            }
-        }
+        let cuts = a.cuts.or(b.cuts).or(c.cuts);
         let outcome = if cuts.is_empty() {
-            finish::<BITS>(viewport, &corners, input.facing, id, out)
+            whole(corners, input.facing, id, out)
+        } else if corners.iter().all(|corner| corner.clip.is_finite()) {
+            let polygon = Polygon::triangle(&corners.map(|corner| corner.clip));
+            let polygon = placer.guard.clip(polygon, cuts);
+            finish::<BITS>(placer.viewport, polygon.corners(), input.facing, id, out)
         } else {
-            let polygon = guard.clip(Polygon::triangle(&corners), cuts);
-            finish::<BITS>(viewport, polygon.corners(), input.facing, id, out)
+            counters.n_not_finite += 1;
+            continue;
         };
         match outcome {
             Outcome::Drawn => {
@@ -120,6 +166,23 @@ pub fn set_up<const BITS: u32>(
         }
     }
     counters
+}
+
+/// A triangle that nothing cuts: [`finish`] for the usual case.
+fn whole(corners: [&Vertex; 3], facing: Facing, id: u32, out: &mut Vec<ScreenTriangle>) -> Outcome {
+    let [a, b, c] = corners;
+    let corners = match (doubled_area([a.at, b.at, c.at]).signum(), facing) {
+        (0, _) => return Outcome::ZeroArea,
+        (1, Facing::CounterClockwise) | (-1, Facing::Clockwise) => return Outcome::FacingAway,
+        (1, _) => [a, b, c],
+        _ => [a, c, b],
+    };
+    out.push(ScreenTriangle {
+        corners: corners.map(|corner| corner.at),
+        depth: corners.map(|corner| corner.depth),
+        id,
+    });
+    Outcome::Drawn
 }
 
 enum Outcome {
@@ -164,8 +227,7 @@ fn finish<const BITS: u32>(
         let piece = if turned { [a, c, b] } else { piece };
         out.push(ScreenTriangle {
             corners: piece.map(|i| corners[i]),
-            // Division may round a clipped depth past the end.
-            depth: piece.map(|i| polygon[i].ndc().depth.clamp(0.0, 1.0)),
+            depth: piece.map(|i| clamped_depth(&polygon[i])),
             id,
         });
     }
@@ -184,9 +246,12 @@ mod tests {
     const SQUARE: [[f64; 2]; 4] = [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]];
 
     fn run(points: &[ClipPoint], triangles: &[[u32; 3]], facing: Facing) -> SetupCounters {
-        let input = Triangles { points, triangles, first_id: 7, planes: PlaneMask::ALL, facing };
+        let placer = Placer::<8>::new(Viewport::new(64, 64).unwrap(), PlaneMask::ALL);
+        let vertices: Vec<Vertex> = points.iter().map(|point| placer.place(*point)).collect();
+        let input =
+            Triangles { vertices: &vertices, triangles, first_vertex: 0, first_id: 7, facing };
         let mut out = Vec::new();
-        let counters = set_up::<8>(Viewport::new(64, 64).unwrap(), &input, &mut out);
+        let counters = set_up(&placer, &input, &mut out);
         assert!(out.iter().all(|t| doubled_area(t.corners) > 0 && t.id >= 7));
         counters
     }
@@ -230,5 +295,25 @@ mod tests {
             .map(|(x, y, w)| ClipPoint { x, y, z: 0.1, w });
         let counters = run(&points, &[[0, 1, 2]], Facing::Both);
         assert_eq!((counters.n_clipped, counters.n_drawn), (1, 1));
+    }
+
+    #[test]
+    fn whole_triangles_are_finished_as_any_polygon() {
+        let placer = Placer::<8>::new(Viewport::new(64, 48).unwrap(), PlaneMask::ALL);
+        let points = (0..30).map(|i| {
+            let x = f64::from(i * 7919 % 31) / 15.5 - 1.0;
+            let y = f64::from(i * 6367 % 29) / 14.5 - 1.0;
+            ClipPoint { x, y, z: 0.3 + 0.01 * f64::from(i), w: 1.0 + 0.05 * f64::from(i % 5) }
+        });
+        let points: Vec<ClipPoint> = points.collect();
+        for corners in points.windows(3) {
+            let vertices: Vec<Vertex> = corners.iter().map(|point| placer.place(*point)).collect();
+            for facing in [Facing::Both, Facing::CounterClockwise, Facing::Clockwise] {
+                let (mut quick, mut plain) = (Vec::new(), Vec::new());
+                whole([0, 1, 2].map(|i| &vertices[i]), facing, 3, &mut quick);
+                finish::<8>(placer.viewport, corners, facing, 3, &mut plain);
+                assert_eq!(format!("{quick:?}"), format!("{plain:?}"));
+            }
+        }
     }
 }

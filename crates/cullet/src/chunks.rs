@@ -5,9 +5,11 @@ use std::iter::Peekable;
 use std::ops::Range;
 
 use cullet_raster::{
-    KeepAll, KeepIf, ReversedF32, ScreenTriangle, SetupCounters, Tile, Triangles, cover, set_up,
+    KeepAll, KeepIf, Placer, ReversedF32, ScreenTriangle, SetupCounters, Tile, Triangles, Vertex,
+    cover, set_up,
 };
 use cullet_transform::{ClipPoint, PlaneMask, View};
+use glam::Vec3;
 
 use crate::settings::SUBPIXEL_BITS;
 use crate::visibility::Corners;
@@ -27,7 +29,7 @@ pub(crate) type Depth = ReversedF32;
 pub(crate) struct Chunk {
     segments: Vec<Segment>,
     n_triangles: u32,
-    points: Vec<ClipPoint>,
+    vertices: Vec<Vertex>,
     triangles: Vec<[u32; 3]>,
     out: Vec<ScreenTriangle>,
     pub(crate) counters: SetupCounters,
@@ -40,6 +42,12 @@ pub(crate) struct Segment {
     first: u32,
     len: u32,
     out: Range<usize>,
+}
+
+/// The least range that all corners lie in.
+fn vertices_of(triangles: &[[u32; 3]]) -> Range<usize> {
+    let corners = || triangles.iter().flatten().map(|&corner| corner as usize);
+    corners().min().map_or(0..0, |first| first..corners().max().unwrap_or(first) + 1)
 }
 
 /// Cuts an item into pieces of at most [`CHUNK_TRIANGLES`].
@@ -87,22 +95,35 @@ impl Chunk {
             let item = &prepared.items()[segment.item_idx];
             let mesh = prepared.mesh(item);
             let range = segment.first as usize..(segment.first + segment.len) as usize;
+            let mut triangles = &mesh.triangles[range];
             let clip_from_model = view.clip_from_model(&item.world_from_model);
-            self.points.clear();
-            self.points.extend(mesh.triangles[range].iter().flatten().map(|&i| {
-                ClipPoint::from_model(&clip_from_model, mesh.positions[i as usize].as_dvec3())
-            }));
-            self.triangles.clear();
-            self.triangles.extend((0..segment.len).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]));
+            let planes = planes[segment.item_idx].unwrap_or_default();
+            let placer = Placer::<SUBPIXEL_BITS>::new(view.viewport(), planes);
+            let place = |position: &Vec3| {
+                placer.place(ClipPoint::from_model(&clip_from_model, position.as_dvec3()))
+            };
+            self.vertices.clear();
+            let used = vertices_of(triangles);
+            let mut first_vertex = used.start as u32;
+            if used.len() <= 3 * triangles.len() {
+                self.vertices.extend(mesh.positions[used].iter().map(place));
+            } else {
+                // Indices all over the mesh: every corner by itself.
+                let corners = triangles.iter().flatten().map(|&i| &mesh.positions[i as usize]);
+                self.vertices.extend(corners.map(place));
+                self.triangles.clear();
+                self.triangles.extend((0..segment.len).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]));
+                (triangles, first_vertex) = (&self.triangles, 0);
+            }
             let input = Triangles {
-                points: &self.points,
-                triangles: &self.triangles,
+                vertices: &self.vertices,
+                triangles,
+                first_vertex,
                 first_id: item.first_triangle + segment.first,
-                planes: planes[segment.item_idx].unwrap_or_default(),
                 facing: item.facing,
             };
             let start = self.out.len();
-            self.counters += set_up::<SUBPIXEL_BITS>(view.viewport(), &input, &mut self.out);
+            self.counters += set_up(&placer, &input, &mut self.out);
             segment.out = start..self.out.len();
         }
     }
@@ -140,7 +161,7 @@ impl Chunk {
 
     /// Memory held.
     pub(crate) fn bytes(&self) -> usize {
-        self.points.capacity() * size_of::<ClipPoint>()
+        self.vertices.capacity() * size_of::<Vertex>()
             + self.triangles.capacity() * size_of::<[u32; 3]>()
             + self.out.capacity() * size_of::<ScreenTriangle>()
             + self.segments.capacity() * size_of::<Segment>()
