@@ -73,7 +73,7 @@ fn drawn(triangles: &[[Fine; 3]], w: f64) -> Vec<u32> {
         };
         tile.clear();
         for triangle in &out {
-            cover::<ReversedF32, 8>(&mut tile, triangle, &mut KeepAll);
+            cover::<ReversedF32, 8, _>(&mut tile, triangle, &mut KeepAll);
         }
         for (count, id) in counts.iter_mut().zip(&ids) {
             *count += u32::from(*id != NO_TRIANGLE);

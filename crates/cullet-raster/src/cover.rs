@@ -2,7 +2,7 @@
 //!
 //! Three edge functions (Pineda 1988, "A Parallel Algorithm for Polygon Rasterization") are
 //! linear along a row, so the covered samples of a row are one interval; its ends come from one
-//! exact integer division per edge. Depth is interpolated from the same integers, in f64.
+//! exact integer division per edge. Depth is a plane through the snapped corners, in f64.
 
 use crate::depth::DepthFormat;
 use crate::setup::{ScreenTriangle, doubled_area};
@@ -40,6 +40,8 @@ impl<D: DepthFormat> Tile<'_, D> {
 
 /// Asked, for alpha-masked triangles, whether a sample that passed the depth test is there.
 pub trait Keep {
+    /// The answer is always yes, and need not be asked for.
+    const ALWAYS: bool = false;
     /// Whether triangle `id` has matter at pixel `(x, y)` of the picture.
     fn keep(&mut self, id: u32, x: u32, y: u32) -> bool;
 }
@@ -49,6 +51,7 @@ pub trait Keep {
 pub struct KeepAll;
 
 impl Keep for KeepAll {
+    const ALWAYS: bool = true;
     fn keep(&mut self, _: u32, _: u32, _: u32) -> bool {
         true
     }
@@ -67,29 +70,83 @@ impl<F: FnMut(u32, u32, u32) -> bool> Keep for KeepIf<F> {
 /// Writes `triangle` into the samples of `tile` it wins: those it covers, where it is nearer
 /// than what is there, or equally near with a lower id, and where `keep` agrees. The result does
 /// not depend on the order in which triangles come. Returns how many samples were written.
-pub fn cover<D: DepthFormat, const BITS: u32>(
+pub fn cover<D: DepthFormat, const BITS: u32, K: Keep>(
     tile: &mut Tile<'_, D>,
     triangle: &ScreenTriangle,
-    keep: &mut impl Keep,
+    keep: &mut K,
 ) -> u64 {
     let Some(bounds) = Bounds::of::<BITS, D>(triangle, tile) else { return 0 };
     let edges = Edges::new::<BITS>(triangle);
-    let plane = DepthPlane::new(triangle);
+    // Many a small triangle covers no sample and needs no depth.
+    let mut plane = None;
     let mut written = 0;
     for y in bounds.y.clone() {
         let row = edges.row::<BITS>(y);
         let (first, last) = row.covered(bounds.x.start, bounds.x.end);
+        if first >= last {
+            continue;
+        }
         let start = (y - i64::from(tile.y)) as usize * tile.width as usize;
-        for x in first..last {
-            let depth = D::encode(plane.at(row.values(x)));
-            let sample = start + (x - i64::from(tile.x)) as usize;
-            let wins = D::nearer(depth, tile.depth[sample])
-                || (depth == tile.depth[sample] && triangle.id < tile.ids[sample]);
-            if wins && keep.keep(triangle.id, x as u32, y as u32) {
-                tile.depth[sample] = depth;
-                tile.ids[sample] = triangle.id;
-                written += 1;
-            }
+        let samples = start + (first - i64::from(tile.x)) as usize
+            ..start + (last - i64::from(tile.x)) as usize;
+        let plane = plane.get_or_insert_with(|| DepthPlane::new::<BITS>(triangle, &edges));
+        let (depth, ids) = (&mut tile.depth[samples.clone()], &mut tile.ids[samples]);
+        let (row, first) = (plane.row(y), first as i32);
+        written += u64::from(match K::ALWAYS && depth.len() >= LONG_RUN {
+            true => win_all::<D>(plane, row, first, triangle.id, depth, ids),
+            false => win_some::<D>(plane, row, [first, y as i32], triangle.id, depth, ids, keep),
+        });
+    }
+    written
+}
+
+/// Samples of a row from which on vectors pay.
+const LONG_RUN: usize = 16;
+
+/// Whether a sample is won: by the nearer one, or at equal depth by the lower id.
+#[inline(always)]
+fn wins<D: DepthFormat>(depth: D::Code, id: u32, old_depth: D::Code, old_id: u32) -> bool {
+    D::nearer(depth, old_depth) | ((depth == old_depth) & (id < old_id))
+}
+
+/// A run of samples from pixel `first` on, without a branch: compilers make vectors of it.
+fn win_all<D: DepthFormat>(
+    plane: &DepthPlane,
+    row: f64,
+    first: i32,
+    id: u32,
+    depth: &mut [D::Code],
+    ids: &mut [u32],
+) -> u32 {
+    let mut written = 0;
+    for (x, (old_depth, old_id)) in (first..).zip(depth.iter_mut().zip(ids)) {
+        let depth = D::encode(plane.at(row, x));
+        let wins = wins::<D>(depth, id, *old_depth, *old_id);
+        *old_depth = if wins { depth } else { *old_depth };
+        *old_id = if wins { id } else { *old_id };
+        written += u32::from(wins);
+    }
+    written
+}
+
+/// A run from pixel `[x, y]` on, of which `keep` has a say.
+#[inline(always)]
+fn win_some<D: DepthFormat>(
+    plane: &DepthPlane,
+    row: f64,
+    [first, y]: [i32; 2],
+    id: u32,
+    depth: &mut [D::Code],
+    ids: &mut [u32],
+    keep: &mut impl Keep,
+) -> u32 {
+    let mut written = 0;
+    for (x, (old_depth, old_id)) in (first..).zip(depth.iter_mut().zip(ids)) {
+        let depth = D::encode(plane.at(row, x));
+        let wins = wins::<D>(depth, id, *old_depth, *old_id);
+        if wins && keep.keep(id, x as u32, y as u32) {
+            (*old_depth, *old_id) = (depth, id);
+            written += 1;
         }
     }
     written
@@ -168,11 +225,6 @@ struct Row<'a> {
 }
 
 impl Row<'_> {
-    fn values(&self, x: i64) -> [i64; 3] {
-        let dx = &self.edges.dx;
-        [0, 1, 2].map(|i| self.values[i] + dx[i] * x)
-    }
-
     /// The covered pixels among `from..to`, as a half-open interval; empty if first >= last.
     fn covered(&self, from: i64, to: i64) -> (i64, i64) {
         let (mut first, mut last) = (from, to);
@@ -191,33 +243,49 @@ impl Row<'_> {
     }
 }
 
-/// Depth over a triangle, from the edge values.
+/// Depth over a triangle: the depth of the first corner and its change per pixel. What a sample gets
+/// depends on the triangle and the sample alone.
 struct DepthPlane {
-    depth: [f64; 3],
-    inverse_area: f64,
+    /// Of the first corner.
+    depth: f64,
+    /// The first corner, counted from the centre of pixel 0, px.
+    origin: [f64; 2],
+    ddx: f64,
+    ddy: f64,
     low: f64,
     high: f64,
 }
 
 impl DepthPlane {
-    fn new(triangle: &ScreenTriangle) -> Self {
+    fn new<const BITS: u32>(triangle: &ScreenTriangle, edges: &Edges) -> Self {
         let [a, b, c] = triangle.depth;
-        let area = doubled_area(triangle.corners);
+        let inverse_area = 1.0 / doubled_area(triangle.corners) as f64;
+        // An edge value over the doubled area is its corner's share.
+        let slope = |d: &[i64; 3]| ((b - a) * d[1] as f64 + (c - a) * d[2] as f64) * inverse_area;
+        let px = |units: i64| units as f64 / f64::from(1u32 << BITS) - 0.5;
+        let corner = triangle.corners[0];
         DepthPlane {
-            depth: triangle.depth,
-            inverse_area: 1.0 / area as f64,
+            depth: a,
+            origin: [px(corner.x), px(corner.y)],
+            ddx: slope(&edges.dx),
+            ddy: slope(&edges.dy),
             low: a.min(b).min(c),
             high: a.max(b).max(c),
         }
     }
 
-    /// Reversed depth where the edges have `values`, clamped to the range of the corners.
-    fn at(&self, values: [i64; 3]) -> f64 {
-        let [a, b, c] = self.depth;
-        let (share_b, share_c) =
-            (values[1] as f64 * self.inverse_area, values[2] as f64 * self.inverse_area);
-        let depth = a + share_b * (b - a) + share_c * (c - a);
-        depth.clamp(self.low, self.high)
+    /// Reversed depth in row `y` straight above or below the first corner.
+    fn row(&self, y: i64) -> f64 {
+        self.depth + self.ddy * (y as f64 - self.origin[1])
+    }
+
+    /// Reversed depth of pixel `x` of a row, clamped to the range of the corners.
+    #[inline(always)]
+    fn at(&self, row: f64, x: i32) -> f64 {
+        let depth = row + self.ddx * (f64::from(x) - self.origin[0]);
+        // Compare and select, in the order of `f64::clamp`.
+        let depth = if depth < self.low { self.low } else { depth };
+        if depth > self.high { self.high } else { depth }
     }
 }
 
@@ -241,7 +309,7 @@ mod tests {
                 corners.swap(1, 2);
             }
             let triangle = ScreenTriangle { corners, depth: [*z; 3], id };
-            cover::<ReversedF32, 8>(&mut tile, &triangle, &mut KeepAll);
+            cover::<ReversedF32, 8, _>(&mut tile, &triangle, &mut KeepAll);
             for (i, &got) in tile.ids.iter().enumerate() {
                 let (x, y) = ((i % 8) as i64, (i / 8) as i64);
                 assert!(got != id || reference::covers::<8>(corners, x, y), "{x} {y}");
@@ -289,7 +357,7 @@ mod tests {
             asked.push((id, x, y));
             x == 11
         });
-        assert_eq!(cover::<ReversedF32, 8>(&mut tile, &triangle, &mut keep), 2);
+        assert_eq!(cover::<ReversedF32, 8, _>(&mut tile, &triangle, &mut keep), 2);
         assert_eq!(asked.len(), 8);
         assert_eq!((asked[0], asked[7]), ((3, 10, 20), (3, 13, 21)));
         assert_eq!(ids.map(|id| id == 3), [false, true, false, false, false, true, false, false]);

@@ -148,11 +148,11 @@ impl Chunk {
                     triangle.keeps(&interpolator.fragment(x, y), settings)
                 });
                 for triangle in triangles {
-                    written += cover::<Depth, SUBPIXEL_BITS>(tile, triangle, &mut keep);
+                    written += cover::<Depth, SUBPIXEL_BITS, _>(tile, triangle, &mut keep);
                 }
             } else {
                 for triangle in triangles {
-                    written += cover::<Depth, SUBPIXEL_BITS>(tile, triangle, &mut KeepAll);
+                    written += cover::<Depth, SUBPIXEL_BITS, _>(tile, triangle, &mut KeepAll);
                 }
             }
         }
