@@ -18,10 +18,10 @@ use crate::setup::doubled_area;
 pub struct Interpolator {
     /// `share_i / w_i` at a point of the screen: `at_origin + x * ddx + y * ddy`, with x and y in
     /// pixels from `origin`; up to a factor common to the three.
-    at_origin: DVec3,
-    ddx: DVec3,
-    ddy: DVec3,
-    origin: [f64; 2],
+    pub(crate) at_origin: DVec3,
+    pub(crate) ddx: DVec3,
+    pub(crate) ddy: DVec3,
+    pub(crate) origin: [f64; 2],
     clockwise: bool,
 }
 

@@ -20,6 +20,7 @@ mod cover;
 mod depth;
 mod fixed;
 mod fragment;
+mod fragment8;
 mod interpolate;
 mod setup;
 
@@ -29,5 +30,6 @@ pub use cover::{Keep, KeepAll, KeepIf, NO_TRIANGLE, Tile, cover};
 pub use depth::{DepthFormat, ReversedF32, StandardF32, StandardU16, StandardU24};
 pub use fixed::{Fixed, GUARD_BAND, guard_band, snap};
 pub use fragment::Fragment;
+pub use fragment8::{Fragment8, Pixels};
 pub use interpolate::Interpolator;
 pub use setup::{Facing, Placer, ScreenTriangle, SetupCounters, Triangles, Vertex, set_up};

@@ -10,7 +10,8 @@
 //! - [`mod@reference`]: the plain f64 twin by which the rest is judged.
 //!
 //! Same input, same bytes, on every machine: arithmetic is `+ - * /`, square root and
-//! compare-and-select in a written order; transcendental functions come from `libm`.
+//! compare-and-select in a written order; transcendental functions come from `libm`, or have
+//! their error stated.
 //! Nothing here fails once built, and odd input (NaN, infinities, singular matrices,
 //! images without pixels) has a stated outcome.
 //!
@@ -25,11 +26,13 @@ pub mod surface;
 pub mod texture;
 
 mod light;
+mod sampler8;
 mod select;
 #[cfg(test)]
 mod testing;
 
-pub use kernel::{Kernel, alpha, base_color, kernel_for};
+pub use fearless_simd::Level as SimdLevel;
+pub use kernel::{Kernel, Look, Triangle, alpha, base_color, kernel_for};
 pub use light::{Light, LightError};
 pub use needs::{Needs, Shading};
 pub use sampler::{Filter, sample, sample_alpha};

@@ -94,7 +94,7 @@ pub fn world_normal(
     fragment: &Fragment,
 ) -> Vec3 {
     let normals = surface.mesh.normals.as_deref().map(|normals| gather(normals, corners));
-    let outward = outward_normal(surface, corners, normals, fragment);
+    let outward = outward_normal(surface, corners, normals, fragment.weights.as_vec3());
     if front { outward } else { -outward }
 }
 
@@ -139,11 +139,11 @@ pub(crate) fn outward_normal(
     surface: &Surface<'_>,
     corners: [u32; 3],
     normals: Option<[Vec3; 3]>,
-    fragment: &Fragment,
+    weights: Vec3,
 ) -> Vec3 {
     normals
         .and_then(|normals| {
-            let normal_model = interpolate(normals, fragment.weights.as_vec3());
+            let normal_model = interpolate(normals, weights);
             direction(surface.normal_world_from_model * normal_model)
         })
         .unwrap_or_else(|| flat_normal(surface, corners))

@@ -1,6 +1,7 @@
 //! What tests share: seeded random numbers and small pictures.
 
 use cullet_scene::Image;
+use fearless_simd::{Fallback, Level};
 use proptest::test_runner::{Config, RngSeed};
 
 /// SplitMix64 (Steele, Lea, Flood, "Fast Splittable Pseudorandom Number Generators", 2014).
@@ -27,6 +28,20 @@ impl Random {
     pub fn within(&mut self, low: f32, high: f32) -> f32 {
         low + (high - low) * self.unit()
     }
+}
+
+/// Every instruction set this machine has, plain scalar code last.
+pub fn levels() -> Vec<(&'static str, Level)> {
+    let best = Level::new();
+    let mut levels = vec![("best", best)];
+    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+    {
+        levels.extend(best.as_avx2().map(|token| ("avx2", Level::Avx2(token))));
+        levels.extend(best.as_sse4_2().map(|token| ("sse4.2", Level::Sse4_2(token))));
+        levels.extend(best.as_sse2().map(|token| ("sse2", Level::Sse2(token))));
+    }
+    levels.push(("fallback", Level::Fallback(Fallback::new())));
+    levels
 }
 
 /// Random bytes: the hardest picture to filter.

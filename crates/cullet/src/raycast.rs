@@ -5,12 +5,12 @@
 //! their derivatives from geometry in view space. Where the two pictures differ, one is wrong.
 
 use cullet_cull::{Aabb, Ray, ray_aabb, ray_triangle};
-use cullet_raster::{Facing, Fragment, snap};
+use cullet_raster::{Facing, Fragment, Pixels, snap};
 use cullet_transform::{ClipPoint, Kind, PlaneMask, View, Window};
 use glam::{DMat4, DVec3, Vec3};
 
 use crate::settings::SUBPIXEL_BITS;
-use crate::shading::{Emit, Visible, VisibleTriangle};
+use crate::shading::{Emit, Run, Visible, VisibleTriangle};
 use crate::{Item, Prepared, Region, Settings};
 
 /// Triangles in view space under a tree of boxes.
@@ -113,7 +113,8 @@ impl Visible for Raycaster<'_> {
         for y in region.y..region.y + region.height {
             for x in region.x..region.x + region.width {
                 if let Some(hit) = self.cast(x, y) {
-                    emit(x, y, &hit.triangle, &[hit.fragment]);
+                    let pixels = Pixels::Each(std::slice::from_ref(&hit.fragment));
+                    emit(Run { x, y, len: 1, pixels }, &hit.triangle);
                 }
             }
         }

@@ -6,9 +6,10 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-use cullet_raster::Fragment;
+use cullet_raster::{Fragment, Pixels};
 use cullet_scene::AlphaMode;
-use cullet_shade::{Kernel, Surface, alpha, base_color, srgb, uv, world_normal, world_position};
+use cullet_shade::{Look, Surface, Triangle, alpha, base_color, srgb, uv};
+use cullet_shade::{world_normal, world_position};
 use glam::{DMat4, DVec3, Vec4};
 
 use crate::frame::Band;
@@ -54,9 +55,21 @@ impl<'a> VisibleTriangle<'a> {
     }
 }
 
-/// Takes a run of pixels of one row that show one triangle: the coordinates of its first pixel, the
-/// triangle, a fragment per pixel.
-pub(crate) type Emit<'e, 'a> = dyn FnMut(u32, u32, &VisibleTriangle<'a>, &[Fragment]) + 'e;
+/// A run of pixels of one row that show one triangle.
+#[derive(Clone, Copy)]
+pub(crate) struct Run<'r> {
+    /// Column of the first.
+    pub x: u32,
+    /// Row of all.
+    pub y: u32,
+    /// How many.
+    pub len: usize,
+    /// Where they lie on the triangle.
+    pub pixels: Pixels<'r>,
+}
+
+/// Takes a run and the triangle it shows.
+pub(crate) type Emit<'e, 'a> = dyn FnMut(Run<'_>, &VisibleTriangle<'a>) + 'e;
 
 /// Something that knows what pixels show. Coordinates are those of the whole picture; pixels never
 /// emitted show the background.
@@ -119,11 +132,11 @@ impl Shader<'_> {
     ) -> u64 {
         let mut n_pixels = 0;
         let (y, height) = (region.y + band.first_row as u32, band.rows as u32);
-        visible.scan(Region { y, height, ..region }, &mut |x, y, triangle, fragments| {
-            n_pixels += fragments.len() as u64;
-            let row = (y - region.y) as usize - band.first_row;
-            let start = row * band.width + (x - region.x) as usize;
-            self.shade_run(band, colors, start, triangle, fragments);
+        visible.scan(Region { y, height, ..region }, &mut |run, triangle| {
+            n_pixels += run.len as u64;
+            let row = (run.y - region.y) as usize - band.first_row;
+            let start = row * band.width + (run.x - region.x) as usize;
+            self.shade_run(band, colors, start, triangle, run);
         });
         n_pixels
     }
@@ -134,38 +147,39 @@ impl Shader<'_> {
         colors: &mut Colors,
         start: usize,
         triangle: &VisibleTriangle<'_>,
-        fragments: &[Fragment],
+        run: Run<'_>,
     ) {
-        let range = start..start + fragments.len();
+        let range = start..start + run.len;
         let VisibleTriangle { item, surface, corners, front, .. } = *triangle;
         let (settings, passes) = (self.settings, self.settings.passes);
         let filter = settings.filter;
         if passes.needs_color() {
-            let kernel: Kernel = item.kernel(settings.shading);
+            let kernel = item.kernel(settings.shading);
+            let look = Look { light: settings.light, filter, simd: settings.simd };
             let out = &mut colors.linear[range.clone()];
-            kernel(&surface, corners, front, &settings.light, filter, fragments, out);
+            kernel(&Triangle { surface, corners, front }, &look, run.pixels, out);
         }
         if passes.contains(Pass::Depth) {
             let distances = self.distances(triangle);
-            fill(band.depth, &range, fragments, |f| f.weights.dot(distances) as f32);
+            fill(band.depth, &range, run.pixels, |f| f.weights.dot(distances) as f32);
         }
         if passes.contains(Pass::Normal) {
-            fill(band.normal, &range, fragments, |f| world_normal(&surface, corners, front, f));
+            fill(band.normal, &range, run.pixels, |f| world_normal(&surface, corners, front, f));
         }
         if passes.contains(Pass::Albedo) {
-            fill(band.albedo, &range, fragments, |f| base_color(&surface, corners, f, filter));
+            fill(band.albedo, &range, run.pixels, |f| base_color(&surface, corners, f, filter));
         }
         if passes.contains(Pass::Uv) {
-            fill(band.uv, &range, fragments, |f| uv(&surface, corners, f));
+            fill(band.uv, &range, run.pixels, |f| uv(&surface, corners, f));
         }
         if passes.contains(Pass::Position) {
-            fill(band.position, &range, fragments, |f| world_position(&surface, corners, f));
+            fill(band.position, &range, run.pixels, |f| world_position(&surface, corners, f));
         }
         if passes.contains(Pass::Id) {
-            fill(band.id, &range, fragments, |_| triangle.item_idx as u32 + 1);
+            fill(band.id, &range, run.pixels, |_| triangle.item_idx as u32 + 1);
         }
         if passes.contains(Pass::Triangle) {
-            fill(band.triangle, &range, fragments, |_| triangle.id + 1);
+            fill(band.triangle, &range, run.pixels, |_| triangle.id + 1);
         }
     }
 
@@ -180,11 +194,11 @@ impl Shader<'_> {
 fn fill<T>(
     pass: &mut [T],
     range: &std::ops::Range<usize>,
-    fragments: &[Fragment],
+    pixels: Pixels<'_>,
     mut value: impl FnMut(&Fragment) -> T,
 ) {
-    for (out, fragment) in pass[range.clone()].iter_mut().zip(fragments) {
-        *out = value(fragment);
+    for (i, out) in pass[range.clone()].iter_mut().enumerate() {
+        *out = value(&pixels.at(i));
     }
 }
 

@@ -1,14 +1,14 @@
-//! What the rasterizer found, read back: from triangle ids to fragments.
+//! What the rasterizer found, read back: from triangle ids to runs of pixels.
 
-use cullet_raster::{Interpolator, NO_TRIANGLE};
+use cullet_raster::{Interpolator, NO_TRIANGLE, Pixels};
 use cullet_transform::{ClipPoint, PlaneMask, View};
 use glam::DMat4;
 
 use crate::settings::SUBPIXEL_BITS;
-use crate::shading::{Emit, Visible, VisibleTriangle};
+use crate::shading::{Emit, Run, Visible, VisibleTriangle};
 use crate::{Prepared, Region};
 
-/// The visibility buffer of a region, read back as fragments.
+/// The visibility buffer of a region, read back run by run.
 pub(crate) struct VisibilityBuffer<'a> {
     pub prepared: &'a Prepared,
     pub view: &'a View,
@@ -20,7 +20,6 @@ pub(crate) struct VisibilityBuffer<'a> {
 impl Visible for VisibilityBuffer<'_> {
     fn scan<'a>(&'a self, region: Region, emit: &mut Emit<'_, 'a>) {
         let mut corners = Corners::new(self.prepared, self.view, self.planes);
-        let mut fragments = Vec::new();
         for y in region.y..region.y + region.height {
             let start = (y - self.region.y) as usize * self.region.width as usize;
             let ids = &self.ids[start..start + self.region.width as usize];
@@ -28,9 +27,8 @@ impl Visible for VisibilityBuffer<'_> {
             for run in ids.chunk_by(|a, b| a == b) {
                 if run[0] != NO_TRIANGLE {
                     let (triangle, interpolator) = corners.of(run[0]);
-                    fragments.clear();
-                    fragments.extend((x..).take(run.len()).map(|x| interpolator.fragment(x, y)));
-                    emit(x, y, triangle, &fragments);
+                    let pixels = Pixels::Row { interpolator, x, y };
+                    emit(Run { x, y, len: run.len(), pixels }, triangle);
                 }
                 x += run.len() as u32;
             }
