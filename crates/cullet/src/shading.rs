@@ -100,15 +100,17 @@ pub(crate) fn shade(
     let shader = Shader { view, settings };
     for_each(threads, frame.bands(BAND_ROWS).into_iter(), |mut band| {
         let start = Instant::now();
-        let mut colors = Colors::new(settings, &band);
+        let mut colors = Colors::new(settings, &mut band);
+        let filled = Instant::now();
         n_pixels.fetch_add(
             shader.shade_band(visible, region, &mut band, &mut colors),
             Ordering::Relaxed,
         );
         let middle = Instant::now();
-        colors.resolve(&mut band);
-        shade_ns.fetch_add((middle - start).as_nanos() as u64, Ordering::Relaxed);
-        resolve_ns.fetch_add(middle.elapsed().as_nanos() as u64, Ordering::Relaxed);
+        resolve(&mut band);
+        let resolve = (filled - start) + middle.elapsed();
+        shade_ns.fetch_add((middle - filled).as_nanos() as u64, Ordering::Relaxed);
+        resolve_ns.fetch_add(resolve.as_nanos() as u64, Ordering::Relaxed);
     });
     // Threads share the wall time in the proportion of their work.
     let (shade_ns, resolve_ns) = (shade_ns.into_inner() as f64, resolve_ns.into_inner() as f64);
@@ -156,8 +158,16 @@ impl Shader<'_> {
         if passes.needs_color() {
             let kernel = item.kernel(settings.shading);
             let look = Look { light: settings.light, filter, simd: settings.simd };
-            let out = &mut colors.linear[range.clone()];
-            kernel(&Triangle { surface, corners, front }, &look, run.pixels, out);
+            let seen = Triangle { surface, corners, front };
+            if band.linear.is_empty() {
+                let linear = colors.of(run.len);
+                kernel(&seen, &look, run.pixels, linear);
+                for (out, color) in band.rgba8[range.clone()].iter_mut().zip(linear) {
+                    *out = encode(*color);
+                }
+            } else {
+                kernel(&seen, &look, run.pixels, &mut band.linear[range.clone()]);
+            }
         }
         if passes.contains(Pass::Depth) {
             let distances = self.distances(triangle);
@@ -202,29 +212,41 @@ fn fill<T>(
     }
 }
 
-/// The linear colours of a band, before they are encoded.
+/// The linear colours of a run, on their way to bytes while they are still in the nearest cache.
+/// A picture of them is kept only where one is asked for.
 struct Colors {
     linear: Vec<Vec4>,
 }
 
 impl Colors {
-    fn new(settings: &Settings, band: &Band<'_>) -> Self {
-        let len = if settings.passes.needs_color() { band.rows * band.width } else { 0 };
-        Colors { linear: vec![settings.background; len] }
+    /// Fills the band with background, encoded once.
+    fn new(settings: &Settings, band: &mut Band<'_>) -> Self {
+        band.linear.fill(settings.background);
+        if band.linear.is_empty() {
+            band.rgba8.fill(encode(settings.background));
+        }
+        Colors { linear: Vec::new() }
     }
 
-    fn resolve(&self, band: &mut Band<'_>) {
-        for (out, color) in band.rgba8.iter_mut().zip(&self.linear) {
-            *out = encode(*color);
+    fn of(&mut self, len: usize) -> &mut [Vec4] {
+        if self.linear.len() < len {
+            self.linear.resize(len, Vec4::ZERO);
         }
-        if !band.linear.is_empty() {
-            band.linear.copy_from_slice(&self.linear);
-        }
+        &mut self.linear[..len]
+    }
+}
+
+/// Encodes the linear picture, where there is one.
+fn resolve(band: &mut Band<'_>) {
+    for (out, color) in band.rgba8.iter_mut().zip(&*band.linear) {
+        *out = encode(*color);
     }
 }
 
 /// Linear RGBA to 8-bit sRGB with linear alpha.
 fn encode(color: Vec4) -> [u8; 4] {
-    let alpha = (color.w * 255.0).round_ties_even() as u8; // saturates, NaN is 0
+    // Most pixels are opaque, and rounding is a call where there is no instruction for it.
+    let opaque = color.w == 1.0;
+    let alpha = if opaque { 255 } else { (color.w * 255.0).round_ties_even() as u8 }; // NaN is 0
     [srgb::encode8(color.x), srgb::encode8(color.y), srgb::encode8(color.z), alpha]
 }

@@ -37,9 +37,9 @@ pub struct Stages {
     pub geometry: Duration,
     /// Coverage and depth.
     pub raster: Duration,
-    /// Kernels and data passes.
+    /// Kernels, their colours to 8-bit sRGB where no linear picture is asked for, and data passes.
     pub shade: Duration,
-    /// Linear colour to 8-bit sRGB.
+    /// Background, and the linear picture to 8-bit sRGB.
     pub resolve: Duration,
 }
 
