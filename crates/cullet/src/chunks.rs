@@ -138,11 +138,11 @@ impl Chunk {
         tile: &mut Tile<'_, Depth>,
     ) -> u64 {
         let mut written = 0;
+        let mut corners = Corners::new(prepared, view, planes);
         for segment in &self.segments {
             let item = &prepared.items()[segment.item_idx];
             let triangles = &self.out[segment.out.clone()];
             if item.masked {
-                let mut corners = Corners::new(prepared, view, planes);
                 let mut keep = KeepIf(|id, x, y| {
                     let (triangle, interpolator) = corners.of(id);
                     triangle.keeps(&interpolator.fragment(x, y), settings)

@@ -68,6 +68,11 @@ impl Item {
         }
     }
 
+    /// Whether global triangle `id` is one of its own.
+    pub(crate) fn holds(&self, id: u32) -> bool {
+        id.wrapping_sub(self.first_triangle) < self.n_triangles
+    }
+
     /// The box that culling tests: world axes, counted from the eye of `view`. Made by the matrix
     /// that takes the vertices on their way, so that it holds them with all their rounding.
     pub fn bounds_from_eye(&self, view: &View) -> Aabb {

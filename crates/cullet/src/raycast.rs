@@ -96,7 +96,12 @@ impl<'a> Raycaster<'a> {
         }
         let [a, b, c] = triangle.corners;
         let clockwise = (b - a).cross(c - a).dot(pixel.ray.direction) > 0.0;
-        let mut visible = VisibleTriangle::new(self.prepared, triangle.id, true);
+        let mut visible = VisibleTriangle::new(
+            self.prepared,
+            self.prepared.item_of(triangle.id),
+            triangle.id,
+            true,
+        );
         visible.front = clockwise == visible.item.mirrored;
         let drawn = match visible.item.facing {
             Facing::Both => true,

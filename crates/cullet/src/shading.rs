@@ -30,9 +30,8 @@ pub(crate) struct VisibleTriangle<'a> {
 }
 
 impl<'a> VisibleTriangle<'a> {
-    /// Triangle `id` of the whole scene, seen from its front or not.
-    pub(crate) fn new(prepared: &'a Prepared, id: u32, front: bool) -> Self {
-        let item_idx = prepared.item_of(id);
+    /// Triangle `id` of the whole scene, one of the item's, seen from its front or not.
+    pub(crate) fn new(prepared: &'a Prepared, item_idx: usize, id: u32, front: bool) -> Self {
         let item = &prepared.items()[item_idx];
         let surface = prepared.surface(item);
         let corners = surface.mesh.triangles[(id - item.first_triangle) as usize];

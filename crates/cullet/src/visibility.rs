@@ -36,14 +36,23 @@ impl Visible for VisibilityBuffer<'_> {
     }
 }
 
-/// The last triangle asked for, ready to be interpolated over.
+/// Triangles ready to be interpolated over: those asked for lately are kept, since most triangles
+/// are met again in the next row.
 pub(crate) struct Corners<'a> {
     prepared: &'a Prepared,
     view: &'a View,
     planes: &'a [Option<PlaneMask>],
-    clip_from_model: Option<(usize, DMat4)>,
-    last: Option<(u32, VisibleTriangle<'a>, Interpolator)>,
+    /// The item looked at last, and the matrix of its vertices.
+    item: Option<(usize, DMat4)>,
+    /// Triangle `id` is in slot `id % SLOTS` or nowhere.
+    slots: Vec<Option<Ready<'a>>>,
 }
+
+/// A triangle by its id.
+type Ready<'a> = (u32, VisibleTriangle<'a>, Interpolator);
+
+/// About as many triangles as a row of a picture meets.
+const SLOTS: usize = 512;
 
 impl<'a> Corners<'a> {
     pub(crate) fn new(
@@ -51,30 +60,35 @@ impl<'a> Corners<'a> {
         view: &'a View,
         planes: &'a [Option<PlaneMask>],
     ) -> Self {
-        Corners { prepared, view, planes, clip_from_model: None, last: None }
+        Corners { prepared, view, planes, item: None, slots: Vec::new() }
     }
 
     /// Triangle `id` of the whole scene.
     pub(crate) fn of(&mut self, id: u32) -> (&VisibleTriangle<'a>, &Interpolator) {
-        if self.last.as_ref().is_none_or(|(last, ..)| *last != id) {
-            self.last = None;
+        if self.slots.is_empty() {
+            self.slots.resize_with(SLOTS, || None);
         }
-        let last = match self.last.take() {
-            Some(last) => last,
-            None => self.look_up(id),
-        };
-        let (_, triangle, interpolator) = self.last.insert(last);
-        (triangle, interpolator)
+        let slot = id as usize % SLOTS;
+        if self.slots[slot].as_ref().is_none_or(|(known, ..)| *known != id) {
+            self.slots[slot] = Some(self.look_up(id));
+        }
+        match &self.slots[slot] {
+            Some((_, triangle, interpolator)) => (triangle, interpolator),
+            None => unreachable!("it was just put there"),
+        }
     }
 
-    fn look_up(&mut self, id: u32) -> (u32, VisibleTriangle<'a>, Interpolator) {
-        let mut triangle = VisibleTriangle::new(self.prepared, id, true);
-        let item_idx = triangle.item_idx;
-        let clip_from_model = match self.clip_from_model {
-            Some((last, matrix)) if last == item_idx => matrix,
-            _ => self.view.clip_from_model(&triangle.item.world_from_model),
+    fn look_up(&mut self, id: u32) -> Ready<'a> {
+        let (item_idx, clip_from_model) = match self.item {
+            Some(last) if self.prepared.items()[last.0].holds(id) => last,
+            _ => {
+                let item_idx = self.prepared.item_of(id);
+                let item = &self.prepared.items()[item_idx];
+                (item_idx, self.view.clip_from_model(&item.world_from_model))
+            }
         };
-        self.clip_from_model = Some((item_idx, clip_from_model));
+        self.item = Some((item_idx, clip_from_model));
+        let mut triangle = VisibleTriangle::new(self.prepared, item_idx, id, true);
         let corners = triangle.positions().map(|p| ClipPoint::from_model(&clip_from_model, p));
         let planes = self.planes[item_idx].unwrap_or_default();
         let interpolator =
