@@ -16,10 +16,6 @@ const PATIENCE: Duration = Duration::from_secs(10);
 
 /// Where we think that the manifest is wrong, and why.
 const DEVIATIONS: &[(&str, &str)] = &[
-    (
-        "bad/validator/base/json/bom.gltf",
-        "a byte order mark does no harm, and viewers read such files",
-    ),
     ("bad/tinyobjloader/models/norm-texopt.obj", "lacks only a map without effect on the picture"),
     ("bad/tinyobjloader/models/pbr-mat-ext.obj", "lacks only maps without effect on the picture"),
 ];

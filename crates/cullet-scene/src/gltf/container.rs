@@ -5,7 +5,7 @@ use ::gltf::Glb;
 /// The parts of a glTF file.
 #[derive(Debug)]
 pub(super) struct Parts<'a> {
-    /// The JSON text, without a byte order mark.
+    /// The JSON text.
     pub json: &'a [u8],
     /// The binary chunk of a `.glb`, which is the content of buffer 0.
     pub blob: Option<&'a [u8]>,
@@ -18,10 +18,13 @@ pub(super) fn split(bytes: &[u8]) -> Result<Parts<'_>, String> {
         return Err("is empty".into());
     }
     if !bytes.starts_with(b"glTF") {
-        return Ok(Parts {
-            json: bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes),
-            blob: None,
-        });
+        // The glTF specification (2.0, section 2.7) forbids it, and its validator fails such files.
+        if bytes.starts_with(BYTE_ORDER_MARK) {
+            return Err("begins with a byte order mark, which glTF forbids: save it as UTF-8 \
+                        without one"
+                .into());
+        }
+        return Ok(Parts { json: bytes, blob: None });
     }
     let length = bytes.get(8..12).ok_or("ends within its header")?;
     let length = u32::from_le_bytes([length[0], length[1], length[2], length[3]]) as usize;
@@ -86,6 +89,7 @@ mod tests {
 
     #[test]
     fn text_is_all_json() {
-        assert_eq!(split(b"\xef\xbb\xbf{}").unwrap().json, b"{}");
+        assert_eq!(split(b"{}").unwrap().json, b"{}");
+        assert!(split(b"\xef\xbb\xbf{}").unwrap_err().contains("byte order mark"));
     }
 }
