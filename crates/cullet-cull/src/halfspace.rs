@@ -122,8 +122,8 @@ fn distance(plane: &Plane, point: DVec3) -> f64 {
     plane.normal.dot(point) + plane.offset
 }
 
-/// How far [`distance`] may be off for points with coordinates up to `reach`. It has fewer roundings than are counted in
-/// the error, which pays for those of this sum.
+/// How far [`distance`] may be off for points with coordinates up to `reach`. It has fewer
+/// roundings than are counted in the error, which pays for those of this sum.
 #[inline(always)]
 fn doubt(error: &Plane, reach: DVec3) -> f64 {
     error.normal.dot(reach) + (error.offset + UNDERFLOW)

@@ -32,10 +32,10 @@ pub(crate) fn cull(
             *planes = planes.filter(|_| other.planes(item, stats).is_some());
         }
     }
+    count(items, planes, stats);
     if settings.min_size_px > 0.0 {
         leave_out_small(items, view, settings.min_size_px, planes, stats);
     }
-    count(items, planes, stats);
 }
 
 /// The one rejection that changes pixels, and therefore is asked for.
@@ -48,9 +48,11 @@ fn leave_out_small(
 ) {
     let kept = planes.iter_mut().zip(items).filter(|(planes, _)| planes.is_some());
     for (planes, item) in kept {
-        if !item.bounds.is_empty() && projected_size_px(view, &item.bounds) < min_size_px {
+        if projected_size_px(view, &item.bounds) < min_size_px {
             *planes = None;
+            stats.objects.n_drawn -= 1;
             stats.objects.n_small += 1;
+            stats.n_triangles_of_culled_objects += u64::from(item.n_triangles);
         }
     }
 }
@@ -102,8 +104,6 @@ fn count(items: &[Item], planes: &mut [Option<PlaneMask>], stats: &mut FrameStat
             stats.objects.n_drawn += 1;
         }
     }
-    // Counted where they were left out.
-    stats.objects.n_outside -= stats.objects.n_small;
 }
 
 /// A view, ready to be asked about objects one by one.
