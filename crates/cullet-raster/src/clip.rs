@@ -54,8 +54,8 @@ impl Polygon {
 /// Where the guard band ends, as multiples of `w`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct GuardBand {
-    x: f64,
-    y: f64,
+    pub(crate) x: f64,
+    pub(crate) y: f64,
 }
 
 impl GuardBand {

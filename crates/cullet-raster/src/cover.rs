@@ -76,7 +76,7 @@ pub fn cover<D: DepthFormat, const BITS: u32, K: Keep>(
     keep: &mut K,
 ) -> u64 {
     let Some(bounds) = Bounds::of::<BITS, D>(triangle, tile) else { return 0 };
-    let edges = Edges::new::<BITS>(triangle);
+    let edges = Edges::new::<BITS>(triangle, [0, 0]);
     // Many a small triangle covers no sample and needs no depth.
     let mut plane = None;
     let mut written = 0;
@@ -91,7 +91,7 @@ pub fn cover<D: DepthFormat, const BITS: u32, K: Keep>(
             ..start + (last - i64::from(tile.x)) as usize;
         let plane = plane.get_or_insert_with(|| DepthPlane::new::<BITS>(triangle, &edges));
         let (depth, ids) = (&mut tile.depth[samples.clone()], &mut tile.ids[samples]);
-        let (row, first) = (plane.row(y), first as i32);
+        let (row, first) = (plane.row(y as f64), first as i32);
         written += u64::from(match K::ALWAYS && depth.len() >= LONG_RUN {
             true => win_all::<D>(plane, row, first, triangle.id, depth, ids),
             false => win_some::<D>(plane, row, [first, y as i32], triangle.id, depth, ids, keep),
@@ -120,7 +120,7 @@ fn win_all<D: DepthFormat>(
 ) -> u32 {
     let mut written = 0;
     for (x, (old_depth, old_id)) in (first..).zip(depth.iter_mut().zip(ids)) {
-        let depth = D::encode(plane.at(row, x));
+        let depth = D::encode(plane.at(row, f64::from(x)));
         let wins = wins::<D>(depth, id, *old_depth, *old_id);
         *old_depth = if wins { depth } else { *old_depth };
         *old_id = if wins { id } else { *old_id };
@@ -142,7 +142,7 @@ fn win_some<D: DepthFormat>(
 ) -> u32 {
     let mut written = 0;
     for (x, (old_depth, old_id)) in (first..).zip(depth.iter_mut().zip(ids)) {
-        let depth = D::encode(plane.at(row, x));
+        let depth = D::encode(plane.at(row, f64::from(x)));
         let wins = wins::<D>(depth, id, *old_depth, *old_id);
         if wins && keep.keep(id, x as u32, y as u32) {
             (*old_depth, *old_id) = (depth, id);
@@ -181,7 +181,7 @@ impl Bounds {
 
 /// Edge `i` is opposite corner `i`: `value = base + dx * x + dy * y` in subpixel units at
 /// pixel centres `(x, y)`, positive inside, its corner's share of the doubled area.
-struct Edges {
+pub(crate) struct Edges {
     base: [i64; 3],
     dx: [i64; 3],
     dy: [i64; 3],
@@ -190,15 +190,17 @@ struct Edges {
 }
 
 impl Edges {
-    fn new<const BITS: u32>(triangle: &ScreenTriangle) -> Self {
+    /// At the samples that lie `offset` from the centres, subpixel units.
+    pub(crate) fn new<const BITS: u32>(triangle: &ScreenTriangle, offset: [i64; 2]) -> Self {
         let half = 1i64 << (BITS - 1);
+        let (px, py) = (half + offset[0], half + offset[1]);
         let mut edges = Edges { base: [0; 3], dx: [0; 3], dy: [0; 3], least: [0; 3] };
         for i in 0..3 {
             let from = triangle.corners[(i + 1) % 3];
             let to = triangle.corners[(i + 2) % 3];
             let (run, drop) = (to.x - from.x, to.y - from.y); // y down: drop > 0 goes down
             // run (py - from.y) - drop (px - from.x)
-            edges.base[i] = run * (half - from.y) - drop * (half - from.x);
+            edges.base[i] = run * (py - from.y) - drop * (px - from.x);
             edges.dx[i] = -drop << BITS;
             edges.dy[i] = run << BITS;
             // Clockwise as seen: left edges go up, top edges go right.
@@ -208,7 +210,7 @@ impl Edges {
         edges
     }
 
-    fn row<const BITS: u32>(&self, y: i64) -> Row<'_> {
+    pub(crate) fn row<const BITS: u32>(&self, y: i64) -> Row<'_> {
         let mut values = self.base;
         for (value, dy) in values.iter_mut().zip(self.dy) {
             *value += dy * y;
@@ -218,7 +220,7 @@ impl Edges {
 }
 
 /// The edge functions along one row of pixels.
-struct Row<'a> {
+pub(crate) struct Row<'a> {
     edges: &'a Edges,
     /// Values at x = 0.
     values: [i64; 3],
@@ -226,7 +228,7 @@ struct Row<'a> {
 
 impl Row<'_> {
     /// The covered pixels among `from..to`, as a half-open interval; empty if first >= last.
-    fn covered(&self, from: i64, to: i64) -> (i64, i64) {
+    pub(crate) fn covered(&self, from: i64, to: i64) -> (i64, i64) {
         let (mut first, mut last) = (from, to);
         for i in 0..3 {
             // value + dx * x >= least
@@ -245,7 +247,7 @@ impl Row<'_> {
 
 /// Depth over a triangle: the depth of the first corner and its change per pixel. What a sample gets
 /// depends on the triangle and the sample alone.
-struct DepthPlane {
+pub(crate) struct DepthPlane {
     /// Of the first corner.
     depth: f64,
     /// The first corner, counted from the centre of pixel 0, px.
@@ -257,7 +259,7 @@ struct DepthPlane {
 }
 
 impl DepthPlane {
-    fn new<const BITS: u32>(triangle: &ScreenTriangle, edges: &Edges) -> Self {
+    pub(crate) fn new<const BITS: u32>(triangle: &ScreenTriangle, edges: &Edges) -> Self {
         let [a, b, c] = triangle.depth;
         let inverse_area = 1.0 / doubled_area(triangle.corners) as f64;
         // An edge value over the doubled area is its corner's share.
@@ -275,14 +277,14 @@ impl DepthPlane {
     }
 
     /// Reversed depth in row `y` straight above or below the first corner.
-    fn row(&self, y: i64) -> f64 {
-        self.depth + self.ddy * (y as f64 - self.origin[1])
+    pub(crate) fn row(&self, y: f64) -> f64 {
+        self.depth + self.ddy * (y - self.origin[1])
     }
 
     /// Reversed depth of pixel `x` of a row, clamped to the range of the corners.
     #[inline(always)]
-    fn at(&self, row: f64, x: i32) -> f64 {
-        let depth = row + self.ddx * (f64::from(x) - self.origin[0]);
+    pub(crate) fn at(&self, row: f64, x: f64) -> f64 {
+        let depth = row + self.ddx * (x - self.origin[0]);
         // Compare and select, in the order of `f64::clamp`.
         let depth = if depth < self.low { self.low } else { depth };
         if depth > self.high { self.high } else { depth }

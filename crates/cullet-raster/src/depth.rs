@@ -15,6 +15,16 @@ pub trait DepthFormat: Copy + core::fmt::Debug + Send + Sync + 'static {
     fn encode(reversed: f64) -> Self::Code;
     /// Whether `a` is strictly nearer than `b`.
     fn nearer(a: Self::Code, b: Self::Code) -> bool;
+    /// The code as an integer, at least 0, that is larger where the code is nearer, and 0 for
+    /// [`DepthFormat::FARTHEST`]: one order for all formats.
+    fn key(code: Self::Code) -> i32;
+}
+
+/// The key of a reversed depth in `0..=1`, [`ReversedF32`]: the bits of floats that are not
+/// negative are in the order of their values.
+#[inline(always)]
+pub(crate) fn reversed_key(depth: f32) -> i32 {
+    (depth + 0.0).to_bits() as i32 // the sum has no negative zero
 }
 
 /// f32, 1 at the near plane. The default. In perspective about 1e-7 of the distance at any
@@ -44,6 +54,9 @@ impl DepthFormat for ReversedF32 {
     fn nearer(a: f32, b: f32) -> bool {
         a > b
     }
+    fn key(code: Self::Code) -> i32 {
+        reversed_key(code)
+    }
 }
 
 impl DepthFormat for StandardF32 {
@@ -54,6 +67,9 @@ impl DepthFormat for StandardF32 {
     }
     fn nearer(a: f32, b: f32) -> bool {
         a < b
+    }
+    fn key(code: Self::Code) -> i32 {
+        1f32.to_bits() as i32 - reversed_key(code)
     }
 }
 
@@ -66,6 +82,9 @@ impl DepthFormat for StandardU24 {
     fn nearer(a: u32, b: u32) -> bool {
         a < b
     }
+    fn key(code: Self::Code) -> i32 {
+        (Self::FARTHEST - code) as i32
+    }
 }
 
 impl DepthFormat for StandardU16 {
@@ -76,6 +95,9 @@ impl DepthFormat for StandardU16 {
     }
     fn nearer(a: u16, b: u16) -> bool {
         a < b
+    }
+    fn key(code: Self::Code) -> i32 {
+        i32::from(Self::FARTHEST - code)
     }
 }
 
@@ -90,6 +112,8 @@ mod tests {
             assert!(D::nearer(pair[1], pair[0]) && !D::nearer(pair[0], pair[1]));
         }
         assert!(!D::nearer(codes[7], codes[7]));
+        assert_eq!(D::key(D::FARTHEST), 0);
+        assert!(codes.windows(2).all(|pair| D::key(pair[0]) < D::key(pair[1])));
     }
 
     #[test]

@@ -54,9 +54,11 @@ fn snap_coordinate<const BITS: u32>(px: f64, side: u32) -> i64 {
 /// for a fraction, and its last bits are the integer (Hacker's Delight, 2012, section 17.1). Targets
 /// without a rounding instruction would call a function for it.
 fn round_half_even(x: f64) -> i64 {
-    const SHIFT: f64 = 6_755_399_441_055_744.0;
-    (x + SHIFT).to_bits().wrapping_sub(SHIFT.to_bits()) as i64
+    (x + SNAP_SHIFT).to_bits().wrapping_sub(SNAP_SHIFT.to_bits()) as i64
 }
+
+/// 1.5 * 2^52, whose last 32 bits are 0.
+pub(crate) const SNAP_SHIFT: f64 = 6_755_399_441_055_744.0;
 
 #[cfg(test)]
 mod tests {

@@ -18,18 +18,30 @@
 mod clip;
 mod cover;
 mod depth;
+mod draw;
+mod fill;
 mod fixed;
 mod fragment;
 mod fragment8;
 mod interpolate;
+mod placed;
+mod samples;
 mod setup;
+#[cfg(test)]
+mod testing;
+mod tile;
 
 pub mod reference;
 
 pub use cover::{Keep, KeepAll, KeepIf, NO_TRIANGLE, Tile, cover};
 pub use depth::{DepthFormat, ReversedF32, StandardF32, StandardU16, StandardU24};
+pub use draw::{Cluster, DrawScratch, Drawn, Object, draw};
+pub use fill::KeepSample;
 pub use fixed::{Fixed, GUARD_BAND, guard_band, snap};
 pub use fragment::Fragment;
 pub use fragment8::{Fragment8, Pixels};
 pub use interpolate::Interpolator;
+pub use placed::MAX_VERTICES;
+pub use samples::{Offset, Samples};
 pub use setup::{Facing, Placer, ScreenTriangle, SetupCounters, Triangles, Vertex, set_up};
+pub use tile::{TileBuffer, TileRect};

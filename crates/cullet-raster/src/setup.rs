@@ -25,13 +25,20 @@ pub enum Facing {
 pub struct Vertex {
     clip: ClipPoint,
     /// Snapped; meaningless where `cuts` is not empty.
-    at: Fixed,
+    pub(crate) at: Fixed,
     /// Reversed depth, in `0..=1`; likewise.
-    depth: f64,
+    pub(crate) depth: f64,
     /// The planes it lies outside of.
-    outside: PlaneMask,
+    pub(crate) outside: PlaneMask,
     /// The planes that cut its triangles; all where it is not finite.
-    cuts: PlaneMask,
+    pub(crate) cuts: PlaneMask,
+}
+
+impl Vertex {
+    /// A vertex that nothing cuts.
+    pub(crate) fn whole(clip: ClipPoint, at: Fixed, depth: f64) -> Self {
+        Vertex { clip, at, depth, outside: PlaneMask::NONE, cuts: PlaneMask::NONE }
+    }
 }
 
 /// Puts vertices on the screen. `BITS` is the number of subpixel bits, 1..=16; 8 is the default
@@ -169,7 +176,12 @@ pub fn set_up<const BITS: u32>(
 }
 
 /// A triangle that nothing cuts: [`finish`] for the usual case.
-fn whole(corners: [&Vertex; 3], facing: Facing, id: u32, out: &mut Vec<ScreenTriangle>) -> Outcome {
+pub(crate) fn whole(
+    corners: [&Vertex; 3],
+    facing: Facing,
+    id: u32,
+    out: &mut Vec<ScreenTriangle>,
+) -> Outcome {
     let [a, b, c] = corners;
     let corners = match (doubled_area([a.at, b.at, c.at]).signum(), facing) {
         (0, _) => return Outcome::ZeroArea,
@@ -185,7 +197,8 @@ fn whole(corners: [&Vertex; 3], facing: Facing, id: u32, out: &mut Vec<ScreenTri
     Outcome::Drawn
 }
 
-enum Outcome {
+/// What became of a triangle.
+pub(crate) enum Outcome {
     Drawn,
     Outside,
     ZeroArea,
@@ -193,7 +206,7 @@ enum Outcome {
 }
 
 /// Snaps a convex polygon, decides its facing as a whole, and fans it into triangles.
-fn finish<const BITS: u32>(
+pub(crate) fn finish<const BITS: u32>(
     viewport: Viewport,
     polygon: &[ClipPoint],
     facing: Facing,

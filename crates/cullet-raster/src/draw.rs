@@ -1,0 +1,666 @@
+//! A cluster of triangles into a tile: place its vertices, set triangles up eight at a time, fill.
+//!
+//! The fast path of [`crate::set_up`] and [`crate::cover`], with the same result to the last bit.
+//! Eight triangles at once decide area, facing, and whether there is a sample between their
+//! borders; what is left is filled one by one. The few that are clipped, or larger than 64 px,
+//! take the plain set-up and come back as screen triangles.
+
+use cullet_transform::{ClipPoint, PlaneMask, Viewport};
+use fearless_simd::{Level, Simd, dispatch, i32x8, mask32x8, prelude::*};
+use glam::{DMat4, DVec3};
+
+use crate::clip::{GuardBand, Polygon};
+use crate::depth::ReversedF32;
+use crate::fill::{KeepSample, TileDepth, TileTriangle, fill, fill_blocks, fill_plain};
+use crate::fixed::Fixed;
+use crate::placed::{Lens, Placed};
+use crate::samples::{Offset, Samples};
+use crate::setup::{
+    Facing, Outcome, ScreenTriangle, SetupCounters, Vertex, doubled_area, finish, whole,
+};
+use crate::tile::{BLOCK, TileBuffer, TileRect};
+
+/// Subpixel bits of the fast path.
+const BITS: u32 = 8;
+
+/// Triangles of an object that lie together, with vertices of their own.
+#[derive(Clone, Copy, Debug)]
+pub struct Cluster<'a> {
+    /// Model-space x, y and z of the vertices, as many values each: whole groups of eight, the last
+    /// filled up with any, at most [`MAX_VERTICES`](crate::MAX_VERTICES).
+    pub positions: [&'a [f32]; 3],
+    /// Corners of the triangles, indices into the vertices; the fourth number has no meaning.
+    pub corners: &'a [[u8; 4]],
+    /// What to add to the object's first id to have each triangle's.
+    pub ids: &'a [u32],
+}
+
+/// What the triangles of an object share in a view.
+#[derive(Clone, Copy, Debug)]
+pub struct Object {
+    /// Model to clip space.
+    pub clip_from_model: DMat4,
+    /// The picture.
+    pub viewport: Viewport,
+    /// Planes that may cut the object; others are not tested.
+    pub planes: PlaneMask,
+    /// Which side is drawn.
+    pub facing: Facing,
+    /// Id of the object's first triangle.
+    pub first_id: u32,
+}
+
+/// Memory for drawing.
+#[derive(Debug, Default)]
+pub struct DrawScratch {
+    placed: Placed,
+    clipped: Vec<ScreenTriangle>,
+}
+
+/// What drawing did.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Drawn {
+    /// What became of the triangles. The same for every tile a cluster is drawn into.
+    pub triangles: SetupCounters,
+    /// Samples won, later losers included.
+    pub samples: u64,
+}
+
+/// Draws `cluster` into `tile`. `keep` is asked per sample where the material has holes. The
+/// picture does not depend on the order of calls, nor on `level`.
+pub fn draw(
+    level: Level,
+    tile: &mut TileBuffer,
+    scratch: &mut DrawScratch,
+    cluster: &Cluster<'_>,
+    object: &Object,
+    keep: Option<&mut KeepSample<'_>>,
+) -> Drawn {
+    // One copy of the wide code per number of samples.
+    match tile.samples() {
+        Samples::One => draw_any::<1>(level, tile, scratch, cluster, object, keep),
+        Samples::Two => draw_any::<2>(level, tile, scratch, cluster, object, keep),
+        Samples::Four => draw_any::<4>(level, tile, scratch, cluster, object, keep),
+        Samples::Eight => draw_any::<8>(level, tile, scratch, cluster, object, keep),
+    }
+}
+
+fn draw_any<const N: usize>(
+    level: Level,
+    tile: &mut TileBuffer,
+    scratch: &mut DrawScratch,
+    cluster: &Cluster<'_>,
+    object: &Object,
+    keep: Option<&mut KeepSample<'_>>,
+) -> Drawn {
+    let lens = Lens {
+        clip_from_model: object.clip_from_model,
+        viewport: object.viewport,
+        planes: object.planes,
+        guard: GuardBand::new(object.viewport, BITS),
+    };
+    let mut offsets = [[0; 2]; N];
+    offsets.copy_from_slice(tile.samples().offsets());
+    let mut job =
+        Job { tile, cluster, object, lens, offsets, scratch, keep, drawn: Drawn::default() };
+    dispatch!(level, simd => job.run(simd));
+    job.drawn
+}
+
+struct Job<'j, 'k, const N: usize> {
+    tile: &'j mut TileBuffer,
+    cluster: &'j Cluster<'j>,
+    object: &'j Object,
+    lens: Lens,
+    offsets: [Offset; N],
+    scratch: &'j mut DrawScratch,
+    keep: Option<&'j mut KeepSample<'k>>,
+    drawn: Drawn,
+}
+
+/// Spans from which on products of differences might leave 32 bits.
+const LARGE: i32 = 1 << 14;
+
+impl<const N: usize> Job<'_, '_, N> {
+    #[inline(always)]
+    fn run<S: Simd>(&mut self, simd: S) {
+        self.scratch.placed.place::<S, BITS>(simd, &self.lens, self.cluster.positions);
+        let n = self.cluster.corners.len();
+        self.drawn.triangles.n_in = n as u64;
+        for first in (0..n).step_by(8) {
+            self.eight(simd, first, (n - first).min(8));
+        }
+    }
+
+    /// Triangles `first..first + n`.
+    #[inline(always)]
+    fn eight<S: Simd>(&mut self, simd: S, first: usize, n: usize) {
+        let placed = &self.scratch.placed;
+        let (mut x, mut y) = ([[0; 8]; 3], [[0; 8]; 3]);
+        let mut plain = 0xffu64 >> (8 - n);
+        for lane in 0..n {
+            let [a, b, c, _] = self.cluster.corners[first + lane].map(usize::from);
+            (x[0][lane], x[1][lane], x[2][lane]) = (placed.x[a], placed.x[b], placed.x[c]);
+            (y[0][lane], y[1][lane], y[2][lane]) = (placed.y[a], placed.y[b], placed.y[c]);
+        }
+        if placed.special {
+            for lane in 0..n {
+                let [a, b, c, _] = self.cluster.corners[first + lane].map(usize::from);
+                let placed = &self.scratch.placed;
+                if placed.outside[a] & placed.outside[b] & placed.outside[c] != 0 {
+                    self.drawn.triangles.n_outside += 1;
+                    plain &= !(1 << lane);
+                } else if placed.cuts[a] | placed.cuts[b] | placed.cuts[c] != 0 {
+                    self.one(simd, first + lane);
+                    plain &= !(1 << lane);
+                }
+            }
+        }
+        let [ax, bx, cx] = load(simd, x);
+        let [ay, by, cy] = load(simd, y);
+        let (min_x, max_x) = (ax.min(bx).min(cx), ax.max(bx).max(cx));
+        let (min_y, max_y) = (ay.min(by).min(cy), ay.max(by).max(cy));
+        let span = (max_x - min_x) | (max_y - min_y);
+        let large = span.simd_ge(LARGE).to_bitmask() & plain;
+        plain &= !large;
+        let area = (bx - ax) * (cy - ay) - (cx - ax) * (by - ay);
+        let clockwise = area.simd_gt(0);
+        let drawn = clockwise.to_bitmask() & plain;
+        let zero = area.simd_eq(0).to_bitmask() & plain;
+        let other = plain & !drawn & !zero;
+        let (drawn, away) = match self.object.facing {
+            Facing::Both => (drawn | other, 0),
+            Facing::CounterClockwise => (other, drawn),
+            Facing::Clockwise => (drawn, other),
+        };
+        let counters = &mut self.drawn.triangles;
+        counters.n_zero_area += u64::from(zero.count_ones());
+        counters.n_facing_away += u64::from(away.count_ones());
+        counters.n_drawn += u64::from(drawn.count_ones());
+
+        // Pixels whose samples may lie between the borders, cut to the tile.
+        let reach = 16 * self.tile.samples().reach();
+        let side = i32x8::splat(simd, self.tile.side() as i32);
+        let none = i32x8::splat(simd, 0);
+        let [left, top] = self.tile.origin();
+        let start_x = (((min_x + (127 - reach)) >> 8) - left).max(none);
+        let start_y = (((min_y + (127 - reach)) >> 8) - top).max(none);
+        let end_x = (((max_x + (reach - 128)) >> 8) + (1 - left)).min(side);
+        let end_y = (((max_y + (reach - 128)) >> 8) + (1 - top)).min(side);
+        let holds = start_x.simd_lt(end_x) & start_y.simd_lt(end_y);
+        let mut todo = holds.to_bitmask() & drawn;
+        if todo != 0 {
+            // Corners turned so that all run clockwise.
+            let (bx, cx) = (clockwise.select(bx, cx), clockwise.select(cx, bx));
+            let (by, cy) = (clockwise.select(by, cy), clockwise.select(cy, by));
+            let (px, py) = (((start_x + left) << 8) + 128, ((start_y + top) << 8) + 128);
+            let edges = [
+                edge(simd, bx, by, cx, cy, px, py),
+                edge(simd, cx, cy, ax, ay, px, py),
+                edge(simd, ax, ay, bx, by, px, py),
+            ];
+            let eight = Eight {
+                x: [start_x.into(), end_x.into()],
+                y: [start_y.into(), end_y.into()],
+                value: [edges[0].value.into(), edges[1].value.into(), edges[2].value.into()],
+                rest: [edges[0].rest.into(), edges[1].rest.into(), edges[2].rest.into()],
+                left: [edges[0].drop.into(), edges[1].drop.into(), edges[2].drop.into()],
+                down: [edges[0].run.into(), edges[1].run.into(), edges[2].run.into()],
+                area: area.into(),
+                corner: [ax.into(), ay.into()],
+            };
+            while todo != 0 {
+                let lane = todo.trailing_zeros() as usize;
+                todo &= todo - 1;
+                let [a, b, c, _] = self.cluster.corners[first + lane].map(usize::from);
+                let depth = &self.scratch.placed.depth;
+                let id = self.object.first_id + self.cluster.ids[first + lane];
+                let triangle = eight.triangle(lane, id, [depth[a], depth[b], depth[c]]);
+                let keep = self.keep.as_deref_mut();
+                let won = fill(simd, self.tile, &triangle, &self.offsets, keep);
+                self.drawn.samples += u64::from(won);
+            }
+        }
+        let mut large = large;
+        while large != 0 {
+            self.one(simd, first + large.trailing_zeros() as usize);
+            large &= large - 1;
+        }
+    }
+
+    /// A triangle that is clipped or large: plain set-up, then its pieces.
+    #[inline(always)]
+    fn one<S: Simd>(&mut self, simd: S, index: usize) {
+        let mut pieces = core::mem::take(&mut self.scratch.clipped);
+        pieces.clear();
+        self.set_up_one(index, &mut pieces);
+        for piece in &pieces {
+            self.screen_triangle(simd, piece);
+        }
+        self.scratch.clipped = pieces;
+    }
+
+    /// [`crate::set_up`] for one triangle that is not outside.
+    #[inline(never)]
+    fn set_up_one(&mut self, index: usize, out: &mut Vec<ScreenTriangle>) {
+        let [x, y, z] = self.cluster.positions;
+        let [a, b, c, _] = self.cluster.corners[index].map(usize::from);
+        let id = self.object.first_id + self.cluster.ids[index];
+        let facing = self.object.facing;
+        let points = [a, b, c].map(|i| {
+            let point = DVec3::new(x[i].into(), y[i].into(), z[i].into());
+            ClipPoint::from_model(&self.lens.clip_from_model, point)
+        });
+        let placed = &self.scratch.placed;
+        let cuts = PlaneMask::from_bits(placed.cuts[a] | placed.cuts[b] | placed.cuts[c]);
+        let counters = &mut self.drawn.triangles;
+        let outcome = if cuts.is_empty() {
+            let corners = [(a, points[0]), (b, points[1]), (c, points[2])].map(|(i, clip)| {
+                let at = Fixed { x: placed.x[i].into(), y: placed.y[i].into() };
+                Vertex::whole(clip, at, placed.depth[i])
+            });
+            whole(corners.each_ref(), facing, id, out)
+        } else if points.iter().all(ClipPoint::is_finite) {
+            let polygon = self.lens.guard.clip(Polygon::triangle(&points), cuts);
+            finish::<BITS>(self.lens.viewport, polygon.corners(), facing, id, out)
+        } else {
+            counters.n_not_finite += 1;
+            return;
+        };
+        match outcome {
+            Outcome::Drawn => {
+                counters.n_drawn += 1;
+                counters.n_clipped += u64::from(!cuts.is_empty());
+            }
+            Outcome::Outside => counters.n_outside += 1,
+            Outcome::ZeroArea => counters.n_zero_area += 1,
+            Outcome::FacingAway => counters.n_facing_away += 1,
+        }
+    }
+
+    #[inline(always)]
+    fn screen_triangle<S: Simd>(&mut self, simd: S, triangle: &ScreenTriangle) {
+        let keep = self.keep.as_deref_mut();
+        let won = match in_tile(self.tile, triangle) {
+            Place::Outside => return,
+            Place::Inside(triangle) => fill_blocks(simd, self.tile, &triangle, &self.offsets, keep),
+            Place::TooLarge(rect) => {
+                fill_plain::<ReversedF32, BITS>(self.tile, triangle, rect, keep)
+            }
+        };
+        self.drawn.samples += u64::from(won);
+    }
+}
+
+#[inline(always)]
+fn load<S: Simd>(simd: S, [a, b, c]: [[i32; 8]; 3]) -> [i32x8<S>; 3] {
+    [i32x8::simd_from(simd, a), i32x8::simd_from(simd, b), i32x8::simd_from(simd, c)]
+}
+
+/// An edge of eight triangles.
+struct Edge8<S: Simd> {
+    value: i32x8<S>,
+    rest: i32x8<S>,
+    run: i32x8<S>,
+    drop: i32x8<S>,
+}
+
+/// Values at `(px, py)`; the rule is that of [`crate::cover`].
+#[inline(always)]
+fn edge<S: Simd>(
+    simd: S,
+    from_x: i32x8<S>,
+    from_y: i32x8<S>,
+    to_x: i32x8<S>,
+    to_y: i32x8<S>,
+    px: i32x8<S>,
+    py: i32x8<S>,
+) -> Edge8<S> {
+    let (run, drop) = (to_x - from_x, to_y - from_y);
+    let top_left: mask32x8<S> = drop.simd_lt(0) | (drop.simd_eq(0) & run.simd_gt(0));
+    let least = top_left.select(i32x8::splat(simd, 0), i32x8::splat(simd, 1));
+    let value = run * (py - from_y) - drop * (px - from_x) - least;
+    Edge8 { value: value >> 8, rest: value & 255, run, drop }
+}
+
+/// Eight triangles set up, number by number.
+struct Eight {
+    x: [[i32; 8]; 2],
+    y: [[i32; 8]; 2],
+    value: [[i32; 8]; 3],
+    rest: [[i32; 8]; 3],
+    left: [[i32; 8]; 3],
+    down: [[i32; 8]; 3],
+    area: [i32; 8],
+    corner: [[i32; 8]; 2],
+}
+
+impl Eight {
+    /// The triangle in `lane`; `depth` in the order of the mesh.
+    #[inline(always)]
+    fn triangle(&self, lane: usize, id: u32, depth: [f64; 3]) -> TileTriangle {
+        let of = |list: &[[i32; 8]; 3]| [list[0][lane], list[1][lane], list[2][lane]];
+        let (left, down) = (of(&self.left), of(&self.down));
+        let area = self.area[lane];
+        let [a, b, c] = depth;
+        let depth = if area > 0 { [a, b, c] } else { [a, c, b] };
+        let corner = [self.corner[0][lane], self.corner[1][lane]].map(i64::from);
+        TileTriangle {
+            id,
+            rect: TileRect {
+                x: [self.x[0][lane] as usize, self.x[1][lane] as usize],
+                y: [self.y[0][lane] as usize, self.y[1][lane] as usize],
+            },
+            value: of(&self.value),
+            rest: of(&self.rest),
+            left,
+            down,
+            depth: depth_plane(
+                depth,
+                left.map(i64::from),
+                down.map(i64::from),
+                f64::from(area.wrapping_abs()),
+                corner,
+            ),
+        }
+    }
+}
+
+/// The plane of [`crate::cover`], from edges per pixel in subpixel units.
+#[inline(always)]
+fn depth_plane(
+    [a, b, c]: [f64; 3],
+    left: [i64; 3],
+    down: [i64; 3],
+    area: f64,
+    corner: [i64; 2],
+) -> TileDepth {
+    let inverse_area = 1.0 / area;
+    let px = |units: i64| units as f64 / f64::from(1u32 << BITS) - 0.5;
+    let slope = |second: i64, third: i64| {
+        ((b - a) * (second << BITS) as f64 + (c - a) * (third << BITS) as f64) * inverse_area
+    };
+    let (low, high) = (least(least(a, b), c), greatest(greatest(a, b), c));
+    TileDepth {
+        depth: a,
+        origin: [px(corner[0]), px(corner[1])],
+        ddx: slope(-left[1], -left[2]),
+        ddy: slope(down[1], down[2]),
+        low,
+        high,
+    }
+}
+
+#[inline(always)]
+fn least(a: f64, b: f64) -> f64 {
+    if b < a { b } else { a }
+}
+
+#[inline(always)]
+fn greatest(a: f64, b: f64) -> f64 {
+    if b > a { b } else { a }
+}
+
+/// A screen triangle beside a tile.
+enum Place {
+    Outside,
+    Inside(TileTriangle),
+    /// Its edges do not fit 32 bits.
+    TooLarge(TileRect),
+}
+
+/// What of a screen triangle may lie in `tile`. Edges that all samples there are inside of have
+/// nothing to say any more; of the others, what is left fits 32 bits but for triangles of more than
+/// 57 000 px.
+fn in_tile(tile: &TileBuffer, triangle: &ScreenTriangle) -> Place {
+    let unit = 1i64 << BITS;
+    let reach = 16 * i64::from(tile.samples().reach());
+    let side = tile.side() as i64;
+    let range = |values: [i64; 3], origin: i32| {
+        let low = values[0].min(values[1]).min(values[2]);
+        let high = values[0].max(values[1]).max(values[2]);
+        let first = ((low - unit / 2 - reach + unit - 1) >> BITS) - i64::from(origin);
+        let end = ((high - unit / 2 + reach) >> BITS) + 1 - i64::from(origin);
+        [first.max(0), end.min(side)]
+    };
+    let x = range(triangle.corners.map(|c| c.x), tile.origin()[0]);
+    let y = range(triangle.corners.map(|c| c.y), tile.origin()[1]);
+    if x[0] >= x[1] || y[0] >= y[1] {
+        return Place::Outside;
+    }
+    // Whole blocks are drawn across, so all of them must be inside an edge that is dropped.
+    let block = BLOCK as i64;
+    let x = [x[0] / block * block, (x[1] + block - 1) / block * block];
+    let mut out = TileTriangle {
+        id: triangle.id,
+        rect: TileRect { x: x.map(|v| v as usize), y: y.map(|v| v as usize) },
+        value: [0; 3],
+        rest: [0; 3],
+        left: [0; 3],
+        down: [0; 3],
+        depth: TileDepth { depth: 0.0, origin: [0.0; 2], ddx: 0.0, ddy: 0.0, low: 0.0, high: 0.0 },
+    };
+    let (px, py) = (
+        (x[0] + i64::from(tile.origin()[0])) * unit + unit / 2,
+        (y[0] + i64::from(tile.origin()[1])) * unit + unit / 2,
+    );
+    let (mut left, mut down) = ([0; 3], [0; 3]);
+    for edge in 0..3 {
+        let (from, to) = (triangle.corners[(edge + 1) % 3], triangle.corners[(edge + 2) % 3]);
+        let (run, drop) = (to.x - from.x, to.y - from.y);
+        (left[edge], down[edge]) = (drop, run);
+        let least = i64::from(!(drop < 0 || (drop == 0 && run > 0)));
+        let value = run * (py - from.y) - drop * (px - from.x) - least;
+        // Between the first sample and the last one of the rectangle.
+        let (columns, rows) = ((x[1] - x[0] - 1) * unit, (y[1] - y[0] - 1) * unit);
+        let along = |step: i64, way: i64| [-step.abs() * reach, step.abs() * reach, step * way];
+        let ([low_x, high_x, way_x], [low_y, high_y, way_y]) =
+            (along(-drop, columns), along(run, rows));
+        if value + high_x + way_x.max(0) + high_y + way_y.max(0) < 0 {
+            return Place::Outside;
+        }
+        if value + low_x + way_x.min(0) + low_y + way_y.min(0) >= 0 {
+            continue;
+        }
+        // Lanes of a group may lie a group's width beside the rectangle.
+        if (run.abs() + drop.abs()) * (side + 2 * 8) >= 1 << 31 {
+            return Place::TooLarge(out.rect);
+        }
+        out.value[edge] = (value >> BITS) as i32;
+        out.rest[edge] = (value & (unit - 1)) as i32;
+        out.left[edge] = drop as i32;
+        out.down[edge] = run as i32;
+    }
+    let area = doubled_area(triangle.corners) as f64;
+    let Fixed { x, y } = triangle.corners[0];
+    out.depth = depth_plane(triangle.depth, left, down, area, [x, y]);
+    Place::Inside(out)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::levels;
+
+    /// Pseudo-random numbers in `0..1`.
+    struct Random(u64);
+
+    impl Random {
+        fn next(&mut self) -> f64 {
+            self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (self.0 >> 40) as f64 / (1u64 << 24) as f64
+        }
+    }
+
+    const SIZE: u32 = 150;
+
+    struct Case {
+        positions: [Vec<f32>; 3],
+        corners: Vec<[u8; 4]>,
+        ids: Vec<u32>,
+        object: Object,
+    }
+
+    /// A cluster in a view down -z, near 0.1, with triangles of about `size` at distances around 2.
+    fn case(random: &mut Random, size: f64, facing: Facing) -> Case {
+        let n = 24 + 8 * (random.next() * 20.0) as usize;
+        let mut positions = [vec![], vec![], vec![]];
+        let mut centre = [0.0; 3];
+        for i in 0..n {
+            if i % 3 == 0 {
+                centre = [0, 1, 2].map(|_| random.next() * 2.4 - 1.2);
+                centre[2] -= 1.5;
+            }
+            for (axis, list) in positions.iter_mut().enumerate() {
+                // Some lie on a coarse grid: repeated corners, equal depths, samples on edges.
+                let value = centre[axis] + (random.next() - 0.5) * size;
+                let coarse = random.next() < 0.1;
+                list.push(if coarse { (value * 8.0).round() / 8.0 } else { value } as f32);
+            }
+        }
+        let n_triangles = 1 + (random.next() * 120.0) as usize;
+        let corner = |random: &mut Random| (random.next() * n as f64) as u8;
+        let corners = (0..n_triangles).map(|i| {
+            let near = 3 * (i % (n / 3)) as u8;
+            match random.next() < 0.9 {
+                true => [near, near + 1, near + 2, 0],
+                false => [corner(random), corner(random), corner(random), 0],
+            }
+        });
+        let corners: Vec<_> = corners.collect();
+        let mut ids: Vec<u32> = (0..n_triangles as u32).collect();
+        ids.rotate_left((random.next() * n_triangles as f64) as usize);
+        let clip_from_model = DMat4::from_cols_array(&[
+            1.3, 0.0, 0.0, 0.0, 0.0, 1.3, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.1, 0.0,
+        ]);
+        let viewport = Viewport::new(SIZE, SIZE).unwrap();
+        let planes = PlaneMask::ALL;
+        let object = Object { clip_from_model, viewport, planes, facing, first_id: 1000 };
+        Case { positions, corners, ids, object }
+    }
+
+    /// The plain way: set up, then sample by sample in 128-bit integers.
+    fn expected(case: &Case, samples: Samples) -> (Vec<Vec<(i32, u32)>>, SetupCounters) {
+        let placer = crate::Placer::<8>::new(case.object.viewport, case.object.planes);
+        let [x, y, z] = &case.positions;
+        let vertices = (0..x.len()).map(|i| {
+            let point = DVec3::new(x[i].into(), y[i].into(), z[i].into());
+            placer.place(ClipPoint::from_model(&case.object.clip_from_model, point))
+        });
+        let vertices: Vec<Vertex> = vertices.collect();
+        let (mut out, mut counters) = (Vec::new(), SetupCounters::default());
+        for (corners, id) in case.corners.iter().zip(&case.ids) {
+            let [a, b, c, _] = corners.map(u32::from);
+            let input = crate::Triangles {
+                vertices: &vertices,
+                triangles: &[[a, b, c]],
+                first_vertex: 0,
+                first_id: case.object.first_id + id,
+                facing: case.object.facing,
+            };
+            counters += crate::set_up(&placer, &input, &mut out);
+        }
+        let nothing = vec![(0, crate::NO_TRIANGLE); (SIZE * SIZE) as usize];
+        let planes = samples.offsets().iter().map(|offset| {
+            let mut plane = nothing.clone();
+            for triangle in &out {
+                let moved = triangle.corners.map(|c| Fixed {
+                    x: c.x - i64::from(16 * offset[0]),
+                    y: c.y - i64::from(16 * offset[1]),
+                });
+                let edges = crate::cover::Edges::new::<8>(triangle, [0, 0]);
+                let depth = crate::cover::DepthPlane::new::<8>(triangle, &edges);
+                let bounds = |values: [i64; 3]| {
+                    let first = values.into_iter().min().unwrap() >> 8;
+                    let last = values.into_iter().max().unwrap() >> 8;
+                    first.clamp(0, SIZE.into())..(last + 1).clamp(0, SIZE.into())
+                };
+                let [xs, ys] = [bounds(moved.map(|c| c.x)), bounds(moved.map(|c| c.y))];
+                for (x, y) in ys.flat_map(|y| xs.clone().map(move |x| (x, y))) {
+                    if !crate::reference::covers::<8>(moved, x, y) {
+                        continue;
+                    }
+                    let row = depth.row(y as f64 + f64::from(offset[1]) / 16.0);
+                    let at = depth.at(row, x as f64 + f64::from(offset[0]) / 16.0);
+                    let key = reversed_key(at as f32);
+                    let old = &mut plane[(y * i64::from(SIZE) + x) as usize];
+                    if key > old.0 || (key == old.0 && triangle.id < old.1) {
+                        *old = (key, triangle.id);
+                    }
+                }
+            }
+            plane
+        });
+        (planes.collect(), counters)
+    }
+
+    use crate::depth::reversed_key;
+
+    #[test]
+    fn tiles_show_what_the_plain_code_covers() {
+        let random = &mut Random(1);
+        let facings = [Facing::Both, Facing::CounterClockwise, Facing::Clockwise];
+        let mut shown = 0;
+        for round in 0..36 {
+            let size = [0.02, 0.1, 0.6, 3.0, 40.0, 3000.0][round % 6];
+            let case = case(random, size, facings[round / 6 % 3]);
+            let samples = Samples::ALL[round / 2 % 4];
+            let side = [32, 64, 128][round / 3 % 3];
+            let (planes, counters) = expected(&case, samples);
+            for level in levels() {
+                let (mut tile, mut scratch) = (TileBuffer::default(), DrawScratch::default());
+                let starts = || (0..SIZE).step_by(side);
+                for (left, top) in starts().flat_map(|y| starts().map(move |x| (x, y))) {
+                    tile.begin([left, top], side, samples);
+                    let [x, y, z] = &case.positions;
+                    let cluster =
+                        Cluster { positions: [x, y, z], corners: &case.corners, ids: &case.ids };
+                    let drawn = draw(level, &mut tile, &mut scratch, &cluster, &case.object, None);
+                    assert_eq!(drawn.triangles, counters);
+                    for (sample, plane) in planes.iter().enumerate() {
+                        let (rows, columns) = (
+                            (side as u32).min(SIZE - top) as usize,
+                            (side as u32).min(SIZE - left) as usize,
+                        );
+                        for row in 0..rows {
+                            let start = (top as usize + row) * SIZE as usize + left as usize;
+                            let want = &plane[start..start + columns];
+                            let (keys, ids) = (tile.keys(sample, row), tile.ids(sample, row));
+                            let got = keys.iter().zip(ids).map(|(key, id)| (*key, *id));
+                            let got: Vec<_> = got.take(columns).collect();
+                            assert_eq!(got, want, "{round} {level:?} {left} {top} {row}");
+                            shown += got.iter().filter(|(key, _)| *key != 0).count();
+                        }
+                    }
+                }
+            }
+        }
+        assert!(shown > 100_000, "{shown}");
+    }
+
+    #[test]
+    fn samples_without_matter_are_left_alone() {
+        let random = &mut Random(5);
+        let case = case(random, 1.0, Facing::Both);
+        let [x, y, z] = &case.positions;
+        let cluster = Cluster { positions: [x, y, z], corners: &case.corners, ids: &case.ids };
+        let mut pictures = Vec::new();
+        for level in levels() {
+            let (mut tile, mut scratch) = (TileBuffer::default(), DrawScratch::default());
+            tile.begin([64, 64], 64, Samples::Four);
+            let keep = &mut |_: u32, [x, y]: [i32; 2]| {
+                assert!(x >= 16 * 64 && y >= 16 * 64);
+                (x / 16 + y / 16) % 2 == 0
+            };
+            draw(level, &mut tile, &mut scratch, &cluster, &case.object, Some(keep));
+            for (sample, row) in (0..4).flat_map(|sample| (0..64).map(move |row| (sample, row))) {
+                for (column, &id) in tile.ids(sample, row).iter().enumerate() {
+                    assert!(id == crate::NO_TRIANGLE || (column + row) % 2 == 0);
+                }
+            }
+            pictures.push(tile.ids.clone());
+        }
+        assert!(pictures[0].iter().any(|&id| id != crate::NO_TRIANGLE));
+        assert!(pictures.iter().all(|ids| *ids == pictures[0]));
+    }
+}

@@ -1,0 +1,332 @@
+//! Which samples of a tile a triangle wins, eight pixels at a time.
+//!
+//! Edge values are divided by the subpixel unit and rounded down: a step of one pixel changes them
+//! by a multiple of it, so their signs, which are all that counts, survive, and 32 bits suffice
+//! within a tile. Depth is the same plane in f64 that [`crate::cover`] evaluates, in the same
+//! order. Large triangles go block by block of 8 x 8 pixels: past those outside an edge, and those where
+//! everything is nearer.
+//! Sources: Pineda 1988, "A Parallel Algorithm for Polygon Rasterization"; Abrash 2009,
+//! "Rasterization on Larrabee"; Greene, Kass & Miller 1993 for the depths of blocks.
+
+use fearless_simd::{Simd, f64x4, i32x8, prelude::*, u32x8};
+
+use crate::cover::{DepthPlane, Edges};
+use crate::depth::{DepthFormat, reversed_key};
+use crate::samples::Offset;
+use crate::setup::ScreenTriangle;
+use crate::tile::{BLOCK, TileBuffer, TileRect};
+
+/// A triangle within one tile.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TileTriangle {
+    pub id: u32,
+    /// Pixels that its samples may lie in.
+    pub rect: TileRect,
+    /// Edge values, less what is not inside, at the centre of the first pixel of `rect`: whole
+    /// subpixel units, rounded down.
+    pub value: [i32; 3],
+    /// What rounding took off, `0..256`.
+    pub rest: [i32; 3],
+    /// Change of `value` per pixel to the left.
+    pub left: [i32; 3],
+    /// Change of `value` per pixel down.
+    pub down: [i32; 3],
+    pub depth: TileDepth,
+}
+
+/// [`crate::cover`]'s plane of depth.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TileDepth {
+    pub depth: f64,
+    pub origin: [f64; 2],
+    pub ddx: f64,
+    pub ddy: f64,
+    pub low: f64,
+    pub high: f64,
+}
+
+impl TileDepth {
+    /// Reversed depth at a point of the picture, pixels; centres have whole numbers here.
+    #[inline(always)]
+    fn key(&self, x: f64, y: f64) -> i32 {
+        let row = self.depth + self.ddy * (y - self.origin[1]);
+        let depth = row + self.ddx * (x - self.origin[0]);
+        let depth = if depth < self.low { self.low } else { depth };
+        let depth = if depth > self.high { self.high } else { depth };
+        reversed_key(depth as f32)
+    }
+}
+
+/// Asked, where a triangle's material has holes, whether it has matter at a sample: triangle, and
+/// the place in the picture in sixteenths of a pixel.
+pub type KeepSample<'k> = dyn FnMut(u32, [i32; 2]) -> bool + 'k;
+
+/// Draws; `offsets` are the tile's. Returns how many samples were won.
+#[inline(always)]
+pub(crate) fn fill<S: Simd, const N: usize>(
+    simd: S,
+    tile: &mut TileBuffer,
+    triangle: &TileTriangle,
+    offsets: &[Offset; N],
+    mut keep: Option<&mut KeepSample<'_>>,
+) -> u32 {
+    let TileTriangle { rect, .. } = *triangle;
+    tile.touch(rect);
+    let mut written = 0;
+    let mut x = rect.x[0];
+    while x < rect.x[1] {
+        let column = Column::new(simd, tile, triangle, offsets, x);
+        written += column.rows(simd, tile, triangle, rect.y, keep.as_deref_mut());
+        x += 8;
+    }
+    written
+}
+
+/// [`fill`] for triangles that fill whole blocks.
+#[inline(always)]
+pub(crate) fn fill_blocks<S: Simd, const N: usize>(
+    simd: S,
+    tile: &mut TileBuffer,
+    triangle: &TileTriangle,
+    offsets: &[Offset; N],
+    mut keep: Option<&mut KeepSample<'_>>,
+) -> u32 {
+    let TileTriangle { rect, .. } = *triangle;
+    let per_row = tile.side() / BLOCK;
+    let reach = f64::from(tile.samples().reach()) / 16.0;
+    let mut written = 0;
+    let mut x = rect.x[0] / BLOCK * BLOCK;
+    while x < rect.x[1] {
+        let column = Column::new(simd, tile, triangle, offsets, x);
+        let mut y = rect.y[0];
+        while y < rect.y[1] {
+            let end = (y / BLOCK * BLOCK + BLOCK).min(rect.y[1]);
+            let rows = [y, end];
+            y = end;
+            if column.misses(triangle, rows) {
+                continue;
+            }
+            let block = rows[0] / BLOCK * per_row + x / BLOCK;
+            let nearest = nearest(tile, triangle, x, rows, reach);
+            if nearest < tile.farthest_of(simd, block) {
+                continue;
+            }
+            tile.touch(TileRect { x: [x, x + 1], y: rows });
+            written += column.rows(simd, tile, triangle, rows, keep.as_deref_mut());
+        }
+        x += 8;
+    }
+    written
+}
+
+/// The nearest key that the triangle can have in eight columns of some rows: rounding keeps the
+/// order of depths along x and along y, so it is found at a corner.
+#[inline(always)]
+fn nearest(
+    tile: &TileBuffer,
+    triangle: &TileTriangle,
+    x: usize,
+    rows: [usize; 2],
+    reach: f64,
+) -> i32 {
+    let TileDepth { ddx, ddy, .. } = triangle.depth;
+    let [left, top] = tile.origin();
+    let x = f64::from(left + x as i32) + if ddx > 0.0 { 7.0 + reach } else { -reach };
+    let y = if ddy > 0.0 { rows[1] - 1 } else { rows[0] };
+    let y = f64::from(top + y as i32) + if ddy > 0.0 { reach } else { -reach };
+    triangle.depth.key(x, y)
+}
+
+/// Eight columns of pixels.
+struct Column<S: Simd, const N: usize> {
+    /// First column in the tile.
+    x: usize,
+    /// Edge values in the first row of the triangle.
+    values: [i32x8<S>; 3],
+    /// What each sample adds to them.
+    shifts: [[i32; 3]; N],
+    /// Depth that the way from the plane's origin along x adds, by sample.
+    depths: [[f64x4<S>; 2]; N],
+    offsets: [Offset; N],
+    /// Row of the values.
+    first_row: usize,
+}
+
+impl<S: Simd, const N: usize> Column<S, N> {
+    #[inline(always)]
+    fn new(
+        simd: S,
+        tile: &TileBuffer,
+        triangle: &TileTriangle,
+        offsets: &[Offset; N],
+        x: usize,
+    ) -> Self {
+        let TileTriangle { rect, value, rest, left, down, depth, .. } = triangle;
+        let lanes =
+            i32x8::simd_from(simd, [0, 1, 2, 3, 4, 5, 6, 7]) + (x as i32 - rect.x[0] as i32);
+        let values = [
+            i32x8::splat(simd, value[0]) - lanes * left[0],
+            i32x8::splat(simd, value[1]) - lanes * left[1],
+            i32x8::splat(simd, value[2]) - lanes * left[2],
+        ];
+        let at = f64::from(tile.origin()[0] + x as i32);
+        let low = f64x4::simd_from(simd, [at, at + 1.0, at + 2.0, at + 3.0]);
+        let high = low + 4.0;
+        let mut shifts = [[0; 3]; N];
+        let mut depths = [[low; 2]; N];
+        for sample in 0..N {
+            let [sx, sy] = offsets[sample];
+            for edge in 0..3 {
+                // Per pixel `left` units of 256; per sixteenth sixteen of them.
+                let shift = (down[edge] as i64 * sy as i64 - left[edge] as i64 * sx as i64) * 16;
+                shifts[sample][edge] = ((rest[edge] as i64 + shift) >> 8) as i32;
+            }
+            let sx = f64::from(sx) / 16.0;
+            depths[sample] = [
+                (low + sx - depth.origin[0]) * depth.ddx,
+                (high + sx - depth.origin[0]) * depth.ddx,
+            ];
+        }
+        Column { x, values, shifts, depths, offsets: *offsets, first_row: rect.y[0] }
+    }
+
+    /// Whether no sample of some rows is inside all edges.
+    #[inline(always)]
+    fn misses(&self, triangle: &TileTriangle, rows: [usize; 2]) -> bool {
+        for edge in 0..3 {
+            let (left, down) = (triangle.left[edge], triangle.down[edge]);
+            let row = if down > 0 { rows[1] - 1 } else { rows[0] };
+            let lane = if left < 0 { 7 } else { 0 };
+            let mut shift = self.shifts[0][edge];
+            for sample in 1..N {
+                shift = shift.max(self.shifts[sample][edge]);
+            }
+            let way = down * (row - self.first_row) as i32;
+            if self.values[edge][lane] + way + shift < 0 {
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Draws some rows; returns how many samples were won.
+    #[inline(always)]
+    fn rows(
+        &self,
+        simd: S,
+        tile: &mut TileBuffer,
+        triangle: &TileTriangle,
+        rows: [usize; 2],
+        mut keep: Option<&mut KeepSample<'_>>,
+    ) -> u32 {
+        let TileTriangle { down, depth, .. } = triangle;
+        let skipped = (rows[0] - self.first_row) as i32;
+        let mut values = [
+            self.values[0] + down[0] * skipped,
+            self.values[1] + down[1] * skipped,
+            self.values[2] + down[2] * skipped,
+        ];
+        let (stride, plane) = (tile.stride(), tile.plane());
+        let id = u32x8::splat(simd, triangle.id);
+        let (low, high) = (f64x4::splat(simd, depth.low), f64x4::splat(simd, depth.high));
+        let mut written = 0;
+        for row in rows[0]..rows[1] {
+            let y = f64::from(tile.origin()[1] + row as i32);
+            for sample in 0..N {
+                let [a, b, c] = self.shifts[sample];
+                let negative = match N {
+                    1 => values[0] | values[1] | values[2],
+                    _ => (values[0] + a) | (values[1] + b) | (values[2] + c),
+                };
+                let covered = negative.simd_ge(0);
+                if !covered.any_true() {
+                    continue;
+                }
+                let y = y + f64::from(self.offsets[sample][1]) / 16.0;
+                let in_row = depth.depth + depth.ddy * (y - depth.origin[1]);
+                let [near, far] = self.depths[sample];
+                let (near, far) = (near + in_row, far + in_row);
+                let near = near.simd_lt(low).select(low, near);
+                let far = far.simd_lt(low).select(low, far);
+                let near = near.simd_gt(high).select(high, near);
+                let far = far.simd_gt(high).select(high, far);
+                // The sum has no negative zero; bits of floats from 0 on are in their order.
+                let key: i32x8<S> = (near.narrow(far) + 0.0).bitcast();
+
+                let start = sample * plane + row * stride + self.x;
+                let keys = &mut tile.keys[start..start + 8];
+                let old_key = i32x8::from_slice(simd, keys);
+                let nearer = covered & key.simd_ge(old_key);
+                if !nearer.any_true() {
+                    continue;
+                }
+                let ids = &mut tile.ids[start..start + 8];
+                let old_id = u32x8::from_slice(simd, ids);
+                let mut wins = nearer & (key.simd_gt(old_key) | id.simd_lt(old_id));
+                if let Some(keep) = &mut keep {
+                    let place = [
+                        16 * (tile.x_of(self.x)) + 8 + self.offsets[sample][0],
+                        16 * (tile.y_of(row)) + 8 + self.offsets[sample][1],
+                    ];
+                    let bits = asked(*keep, triangle.id, place, wins.to_bitmask());
+                    wins = wins & SimdMask::from_bitmask(simd, bits);
+                }
+                wins.select(key, old_key).store_slice(&mut tile.keys[start..start + 8]);
+                wins.select(id, old_id).store_slice(&mut tile.ids[start..start + 8]);
+                written += wins.to_bitmask().count_ones();
+            }
+            values = [values[0] + down[0], values[1] + down[1], values[2] + down[2]];
+        }
+        written
+    }
+}
+
+/// The lanes among `wanted` where there is matter; `place` is that of lane 0.
+#[inline(never)]
+fn asked(keep: &mut KeepSample<'_>, id: u32, [x, y]: [i32; 2], wanted: u64) -> u64 {
+    let mut kept = 0;
+    for lane in (0..8).filter(|lane| wanted >> lane & 1 == 1) {
+        kept |= u64::from(keep(id, [x + 16 * lane, y])) << lane;
+    }
+    kept
+}
+
+/// Draws a screen triangle sample by sample, in 64-bit integers: for triangles that do not fit the
+/// wide code, and for every other grid of positions and format of depth.
+pub(crate) fn fill_plain<D: DepthFormat, const BITS: u32>(
+    tile: &mut TileBuffer,
+    triangle: &ScreenTriangle,
+    rect: TileRect,
+    mut keep: Option<&mut KeepSample<'_>>,
+) -> u32 {
+    tile.touch(rect);
+    let (stride, plane) = (tile.stride(), tile.plane());
+    let [left, top] = tile.origin().map(i64::from);
+    let mut written = 0;
+    let centre = Edges::new::<BITS>(triangle, [0, 0]);
+    let depth = DepthPlane::new::<BITS>(triangle, &centre);
+    for (sample, offset) in tile.samples().offsets().iter().enumerate() {
+        // Sixteenths are whole units from four subpixel bits on.
+        let units = offset.map(|sixteenths| (i64::from(sixteenths) << BITS) / 16);
+        let edges = Edges::new::<BITS>(triangle, units);
+        let [x_shift, y_shift] = offset.map(|sixteenths| f64::from(sixteenths) / 16.0);
+        for row in rect.y[0]..rect.y[1] {
+            let y = top + row as i64;
+            let columns = rect.x.map(|column| left + column as i64);
+            let (first, last) = edges.row::<BITS>(y).covered(columns[0], columns[1]);
+            let in_row = depth.row(y as f64 + y_shift);
+            for x in first..last {
+                let at = sample * plane + row * stride + (x - left) as usize;
+                let key = D::key(D::encode(depth.at(in_row, x as f64 + x_shift)));
+                let old = (tile.keys[at], tile.ids[at]);
+                let wins = key > old.0 || (key == old.0 && triangle.id < old.1);
+                let place = [16 * x as i32 + 8 + offset[0], 16 * y as i32 + 8 + offset[1]];
+                if wins && keep.as_deref_mut().is_none_or(|keep| keep(triangle.id, place)) {
+                    (tile.keys[at], tile.ids[at]) = (key, triangle.id);
+                    written += 1;
+                }
+            }
+        }
+    }
+    written
+}

@@ -1,0 +1,193 @@
+//! The samples of a square of the picture, on their way to being shaded.
+//!
+//! Per sample the source triangle and its depth as a *key*, an integer that is larger where the
+//! sample is nearer (see [`DepthFormat::key`](crate::DepthFormat::key)); and per block of 8 x 8 pixels the farthest
+//! key, so that what lies behind a whole block is found out at once (Greene, Kass & Miller 1993,
+//! "Hierarchical Z-Buffer Visibility"). Farthest keys are made when asked for, from the samples, so
+//! they are exact.
+
+use fearless_simd::{Level, Simd, dispatch, i32x8, prelude::*};
+
+use crate::cover::NO_TRIANGLE;
+use crate::samples::Samples;
+
+/// Pixels along a side of a block of the depth hierarchy.
+pub(crate) const BLOCK: usize = 8;
+
+/// Columns beyond the right border, so that a group of eight may begin at the last column.
+const MARGIN: usize = 8;
+
+/// A square of samples. All of it is drawn to, also where it reaches beyond the picture.
+#[derive(Clone, Debug, Default)]
+pub struct TileBuffer {
+    /// Left border in the picture, px.
+    x: i32,
+    /// Upper border in the picture, px.
+    y: i32,
+    side: usize,
+    samples: Samples,
+    /// Sample by sample a square of rows, `stride` values each.
+    pub(crate) keys: Vec<i32>,
+    /// The same.
+    pub(crate) ids: Vec<u32>,
+    /// Farthest key of each block over all samples.
+    farthest: Vec<i32>,
+    /// Blocks written to since their farthest key was found.
+    stale: Vec<bool>,
+}
+
+/// Pixels of a tile, counted from its corner: columns `x[0]..x[1]`, rows `y[0]..y[1]`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TileRect {
+    /// First column and the one after the last.
+    pub x: [usize; 2],
+    /// First row and the one after the last.
+    pub y: [usize; 2],
+}
+
+impl TileBuffer {
+    /// Starts a square with its upper left corner at the pixel `(x, y)` of the picture, nothing in
+    /// it. `side` is a multiple of 8.
+    pub fn begin(&mut self, [x, y]: [u32; 2], side: usize, samples: Samples) {
+        debug_assert!(side > 0 && side.is_multiple_of(BLOCK), "side {side}");
+        (self.x, self.y) = (x as i32, y as i32);
+        (self.side, self.samples) = (side, samples);
+        let n = samples.count() * self.plane();
+        self.keys.clear();
+        self.keys.resize(n, 0);
+        self.ids.clear();
+        self.ids.resize(n, NO_TRIANGLE);
+        let n_blocks = (side / BLOCK) * (side / BLOCK);
+        self.farthest.clear();
+        self.farthest.resize(n_blocks, 0);
+        self.stale.clear();
+        self.stale.resize(n_blocks, false);
+    }
+
+    /// Upper left corner in the picture, px.
+    pub fn origin(&self) -> [i32; 2] {
+        [self.x, self.y]
+    }
+
+    /// Column of the picture.
+    #[inline(always)]
+    pub(crate) fn x_of(&self, column: usize) -> i32 {
+        self.x + column as i32
+    }
+
+    /// Row of the picture.
+    #[inline(always)]
+    pub(crate) fn y_of(&self, row: usize) -> i32 {
+        self.y + row as i32
+    }
+
+    /// Pixels along a side.
+    pub fn side(&self) -> usize {
+        self.side
+    }
+
+    /// Where pixels are sampled.
+    pub fn samples(&self) -> Samples {
+        self.samples
+    }
+
+    /// Values from a row to the next.
+    pub(crate) fn stride(&self) -> usize {
+        self.side + MARGIN
+    }
+
+    /// Values from a sample to the next.
+    pub(crate) fn plane(&self) -> usize {
+        self.stride() * self.side
+    }
+
+    /// The source triangles of a sample along a row, left to right, or [`NO_TRIANGLE`].
+    pub fn ids(&self, sample: usize, row: usize) -> &[u32] {
+        let start = sample * self.plane() + row * self.stride();
+        &self.ids[start..start + self.side]
+    }
+
+    /// The depth keys of a sample along a row.
+    pub fn keys(&self, sample: usize, row: usize) -> &[i32] {
+        let start = sample * self.plane() + row * self.stride();
+        &self.keys[start..start + self.side]
+    }
+
+    /// Notes that pixels of `rect` may have been written.
+    #[inline(always)]
+    pub(crate) fn touch(&mut self, rect: TileRect) {
+        let per_row = self.side / BLOCK;
+        for row in rect.y[0] / BLOCK..rect.y[1].div_ceil(BLOCK) {
+            for column in rect.x[0] / BLOCK..rect.x[1].div_ceil(BLOCK).min(per_row) {
+                self.stale[row * per_row + column] = true;
+            }
+        }
+    }
+
+    /// Whether everything in `rect` is nearer than `key`: whether a thing that reaches no farther to
+    /// the front than `key` would be hidden there altogether. Whole blocks are looked at, so the answer may be no too often.
+    pub fn hides(&mut self, level: Level, rect: TileRect, key: i32) -> bool {
+        dispatch!(level, simd => self.hides_wide(simd, rect, key))
+    }
+
+    #[inline(always)]
+    fn hides_wide<S: Simd>(&mut self, simd: S, rect: TileRect, key: i32) -> bool {
+        let per_row = self.side / BLOCK;
+        for row in rect.y[0] / BLOCK..rect.y[1].div_ceil(BLOCK) {
+            for column in rect.x[0] / BLOCK..rect.x[1].div_ceil(BLOCK) {
+                if self.farthest_of(simd, row * per_row + column) <= key {
+                    return false;
+                }
+            }
+        }
+        true
+    }
+
+    /// The farthest key of a block.
+    #[inline(always)]
+    pub(crate) fn farthest_of<S: Simd>(&mut self, simd: S, block: usize) -> i32 {
+        if self.stale[block] {
+            self.stale[block] = false;
+            let per_row = self.side / BLOCK;
+            let corner = block / per_row * BLOCK * self.stride() + block % per_row * BLOCK;
+            let mut least = i32x8::splat(simd, i32::MAX);
+            for sample in 0..self.samples.count() {
+                for row in 0..BLOCK {
+                    let start = corner + sample * self.plane() + row * self.stride();
+                    least = least.min(i32x8::from_slice(simd, &self.keys[start..start + BLOCK]));
+                }
+            }
+            self.farthest[block] = least.reduce_min();
+        }
+        self.farthest[block]
+    }
+
+    /// Memory held.
+    pub fn bytes(&self) -> usize {
+        (self.keys.capacity() + self.ids.capacity() + self.farthest.capacity()) * 4
+            + self.stale.capacity()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_block_hides_what_is_behind_its_farthest_sample() {
+        let mut tile = TileBuffer::default();
+        tile.begin([64, 0], 32, Samples::Two);
+        let whole = TileRect { x: [8, 16], y: [0, 8] };
+        assert!(!tile.hides(Level::new(), whole, 0));
+        let (stride, plane) = (tile.stride(), tile.plane());
+        for (row, column) in (0..8).flat_map(|row| (8..16).map(move |column| (row, column))) {
+            tile.keys[row * stride + column] = 50;
+            tile.keys[plane + row * stride + column] = 40;
+        }
+        assert!(!tile.hides(Level::new(), whole, 0)); // nobody said that it was written
+        tile.touch(whole);
+        assert!(tile.hides(Level::new(), whole, 39));
+        assert!(!tile.hides(Level::new(), whole, 40));
+        assert!(!tile.hides(Level::new(), TileRect { x: [8, 17], y: [0, 8] }, 39));
+    }
+}
