@@ -57,6 +57,7 @@ pub struct Report<'a> {
     total: f64,
     boxes_tested: u64,
     objects: Objects,
+    clusters: Clusters,
     triangles: Triangles,
     pixels_shaded: u64,
     samples_written: u64,
@@ -95,6 +96,20 @@ struct CulledObjects {
 }
 
 #[derive(Debug, Serialize)]
+struct Clusters {
+    r#in: u64,
+    culled: CulledClusters,
+    drawn: u64,
+}
+
+#[derive(Debug, Serialize)]
+struct CulledClusters {
+    outside: u64,
+    between_samples: u64,
+    hidden: u64,
+}
+
+#[derive(Debug, Serialize)]
 struct Triangles {
     r#in: u64,
     culled: CulledTriangles,
@@ -106,6 +121,8 @@ struct Triangles {
 struct CulledTriangles {
     /// Of objects that were culled whole.
     with_object: u64,
+    /// Of clusters that were culled whole.
+    with_cluster: u64,
     not_finite: u64,
     outside: u64,
     zero_area: u64,
@@ -122,7 +139,7 @@ impl<'a> Report<'a> {
         settings: Value,
     ) -> Self {
         let stats = &frames.median;
-        let (objects, triangles) = (&stats.objects, &stats.triangles);
+        let (objects, clusters, triangles) = (&stats.objects, &stats.clusters, &stats.triangles);
         Report {
             schema: SCHEMA,
             version: env!("CARGO_PKG_VERSION"),
@@ -151,10 +168,22 @@ impl<'a> Report<'a> {
                 },
                 drawn: objects.n_drawn,
             },
+            clusters: Clusters {
+                r#in: clusters.n_in,
+                culled: CulledClusters {
+                    outside: clusters.n_outside,
+                    between_samples: clusters.n_between_samples,
+                    hidden: clusters.n_hidden,
+                },
+                drawn: clusters.n_drawn,
+            },
             triangles: Triangles {
-                r#in: triangles.n_in + stats.n_triangles_of_culled_objects,
+                r#in: triangles.n_in
+                    + stats.n_triangles_of_culled_objects
+                    + stats.n_triangles_of_culled_clusters,
                 culled: CulledTriangles {
                     with_object: stats.n_triangles_of_culled_objects,
+                    with_cluster: stats.n_triangles_of_culled_clusters,
                     not_finite: triangles.n_not_finite,
                     outside: triangles.n_outside,
                     zero_area: triangles.n_zero_area,

@@ -8,7 +8,7 @@
 //! Sources: Pineda 1988, "A Parallel Algorithm for Polygon Rasterization"; Abrash 2009,
 //! "Rasterization on Larrabee"; Greene, Kass & Miller 1993 for the depths of blocks.
 
-use fearless_simd::{Simd, f64x4, i32x8, prelude::*, u32x8};
+use fearless_simd::{Simd, f64x4, i32x8, mask32x8, prelude::*, u32x8};
 
 use crate::cover::{DepthPlane, Edges};
 use crate::depth::{DepthFormat, reversed_key};
@@ -76,7 +76,7 @@ pub(crate) fn fill<S: Simd, const N: usize>(
     let mut x = rect.x[0];
     while x < rect.x[1] {
         let column = Column::new(simd, tile, triangle, offsets, x);
-        written += column.rows(simd, tile, triangle, rect.y, keep.as_deref_mut());
+        written += column.rows::<true>(simd, tile, triangle, rect.y, keep.as_deref_mut());
         x += 8;
     }
     written
@@ -112,7 +112,10 @@ pub(crate) fn fill_blocks<S: Simd, const N: usize>(
                 continue;
             }
             tile.touch(TileRect { x: [x, x + 1], y: rows });
-            written += column.rows(simd, tile, triangle, rows, keep.as_deref_mut());
+            written += match column.fills(triangle, rows) {
+                true => column.rows::<false>(simd, tile, triangle, rows, keep.as_deref_mut()),
+                false => column.rows::<true>(simd, tile, triangle, rows, keep.as_deref_mut()),
+            };
         }
         x += 8;
     }
@@ -181,7 +184,7 @@ impl<S: Simd, const N: usize> Column<S, N> {
                 let shift = (down[edge] as i64 * sy as i64 - left[edge] as i64 * sx as i64) * 16;
                 shifts[sample][edge] = ((rest[edge] as i64 + shift) >> 8) as i32;
             }
-            let sx = f64::from(sx) / 16.0;
+            let sx = f64::from(sx) * (1.0 / 16.0);
             depths[sample] = [
                 (low + sx - depth.origin[0]) * depth.ddx,
                 (high + sx - depth.origin[0]) * depth.ddx,
@@ -209,9 +212,28 @@ impl<S: Simd, const N: usize> Column<S, N> {
         false
     }
 
-    /// Draws some rows; returns how many samples were won.
+    /// Whether all samples of some rows are inside all edges.
     #[inline(always)]
-    fn rows(
+    fn fills(&self, triangle: &TileTriangle, rows: [usize; 2]) -> bool {
+        for edge in 0..3 {
+            let (left, down) = (triangle.left[edge], triangle.down[edge]);
+            let row = if down < 0 { rows[1] - 1 } else { rows[0] };
+            let lane = if left > 0 { 7 } else { 0 };
+            let mut shift = self.shifts[0][edge];
+            for sample in 1..N {
+                shift = shift.min(self.shifts[sample][edge]);
+            }
+            let way = down * (row - self.first_row) as i32;
+            if self.values[edge][lane] + way + shift < 0 {
+                return false;
+            }
+        }
+        true
+    }
+
+    /// Draws some rows; returns how many samples were won. Without `EDGES` all samples are covered.
+    #[inline(always)]
+    fn rows<const EDGES: bool>(
         &self,
         simd: S,
         tile: &mut TileBuffer,
@@ -221,28 +243,37 @@ impl<S: Simd, const N: usize> Column<S, N> {
     ) -> u32 {
         let TileTriangle { down, depth, .. } = triangle;
         let skipped = (rows[0] - self.first_row) as i32;
-        let mut values = [
-            self.values[0] + down[0] * skipped,
-            self.values[1] + down[1] * skipped,
-            self.values[2] + down[2] * skipped,
-        ];
-        let (stride, plane) = (tile.stride(), tile.plane());
+        let mut values = self.values;
+        if EDGES {
+            values = [
+                self.values[0] + down[0] * skipped,
+                self.values[1] + down[1] * skipped,
+                self.values[2] + down[2] * skipped,
+            ];
+        }
+        let (stride, plane, [left, top]) = (tile.stride(), tile.plane(), tile.origin());
+        let (left, top) = (left + self.x as i32, f64::from(top));
+        let [keys_start, ids_start] = tile.starts;
+        let TileBuffer { keys, ids, .. } = tile;
         let id = u32x8::splat(simd, triangle.id);
         let (low, high) = (f64x4::splat(simd, depth.low), f64x4::splat(simd, depth.high));
-        let mut written = 0;
+        let (none, one) = (i32x8::splat(simd, 0), i32x8::splat(simd, 1));
+        let mut written = none;
         for row in rows[0]..rows[1] {
-            let y = f64::from(tile.origin()[1] + row as i32);
             for sample in 0..N {
-                let [a, b, c] = self.shifts[sample];
-                let negative = match N {
-                    1 => values[0] | values[1] | values[2],
-                    _ => (values[0] + a) | (values[1] + b) | (values[2] + c),
-                };
-                let covered = negative.simd_ge(0);
-                if !covered.any_true() {
-                    continue;
+                let mut covered = mask32x8::splat(simd, true);
+                if EDGES {
+                    let [a, b, c] = self.shifts[sample];
+                    let negative = match N {
+                        1 => values[0] | values[1] | values[2],
+                        _ => (values[0] + a) | (values[1] + b) | (values[2] + c),
+                    };
+                    covered = negative.simd_ge(0);
+                    if !covered.any_true() {
+                        continue;
+                    }
                 }
-                let y = y + f64::from(self.offsets[sample][1]) / 16.0;
+                let y = top + row as f64 + f64::from(self.offsets[sample][1]) * (1.0 / 16.0);
                 let in_row = depth.depth + depth.ddy * (y - depth.origin[1]);
                 let [near, far] = self.depths[sample];
                 let (near, far) = (near + in_row, far + in_row);
@@ -254,31 +285,41 @@ impl<S: Simd, const N: usize> Column<S, N> {
                 let key: i32x8<S> = (near.narrow(far) + 0.0).bitcast();
 
                 let start = sample * plane + row * stride + self.x;
-                let keys = &mut tile.keys[start..start + 8];
-                let old_key = i32x8::from_slice(simd, keys);
+                let keys: &mut [i32; 8] = eight(keys, keys_start + start);
+                let old_key = i32x8::simd_from(simd, *keys);
                 let nearer = covered & key.simd_ge(old_key);
                 if !nearer.any_true() {
                     continue;
                 }
-                let ids = &mut tile.ids[start..start + 8];
-                let old_id = u32x8::from_slice(simd, ids);
-                let mut wins = nearer & (key.simd_gt(old_key) | id.simd_lt(old_id));
+                let ids: &mut [u32; 8] = eight(ids, ids_start + start);
+                let old_id = u32x8::simd_from(simd, *ids);
+                let wins = nearer & (key.simd_gt(old_key) | id.simd_lt(old_id));
                 if let Some(keep) = &mut keep {
-                    let place = [
-                        16 * (tile.x_of(self.x)) + 8 + self.offsets[sample][0],
-                        16 * (tile.y_of(row)) + 8 + self.offsets[sample][1],
-                    ];
+                    let [x, y] = self.offsets[sample];
+                    let place = [16 * left + 8 + x, 16 * (top as i32 + row as i32) + 8 + y];
                     let bits = asked(*keep, triangle.id, place, wins.to_bitmask());
-                    wins = wins & SimdMask::from_bitmask(simd, bits);
+                    let wins: mask32x8<S> = SimdMask::from_bitmask(simd, bits);
+                    wins.select(key, old_key).store_slice(keys);
+                    wins.select(id, old_id).store_slice(ids);
+                    written += wins.select(one, none);
+                    continue;
                 }
-                wins.select(key, old_key).store_slice(&mut tile.keys[start..start + 8]);
-                wins.select(id, old_id).store_slice(&mut tile.ids[start..start + 8]);
-                written += wins.to_bitmask().count_ones();
+                wins.select(key, old_key).store_slice(keys);
+                wins.select(id, old_id).store_slice(ids);
+                written += wins.select(one, none);
             }
-            values = [values[0] + down[0], values[1] + down[1], values[2] + down[2]];
+            if EDGES {
+                values = [values[0] + down[0], values[1] + down[1], values[2] + down[2]];
+            }
         }
-        written
+        written.reduce_sum() as u32
     }
+}
+
+/// Eight values from `start` on.
+#[inline(always)]
+fn eight<T>(list: &mut [T], start: usize) -> &mut [T; 8] {
+    list[start..].first_chunk_mut().expect("rows have a margin of eight")
 }
 
 /// The lanes among `wanted` where there is matter; `place` is that of lane 0.
@@ -317,12 +358,13 @@ pub(crate) fn fill_plain<D: DepthFormat, const BITS: u32>(
             let in_row = depth.row(y as f64 + y_shift);
             for x in first..last {
                 let at = sample * plane + row * stride + (x - left) as usize;
+                let (key_at, id_at) = (tile.starts[0] + at, tile.starts[1] + at);
                 let key = D::key(D::encode(depth.at(in_row, x as f64 + x_shift)));
-                let old = (tile.keys[at], tile.ids[at]);
+                let old = (tile.keys[key_at], tile.ids[id_at]);
                 let wins = key > old.0 || (key == old.0 && triangle.id < old.1);
                 let place = [16 * x as i32 + 8 + offset[0], 16 * y as i32 + 8 + offset[1]];
                 if wins && keep.as_deref_mut().is_none_or(|keep| keep(triangle.id, place)) {
-                    (tile.keys[at], tile.ids[at]) = (key, triangle.id);
+                    (tile.keys[key_at], tile.ids[id_at]) = (key, triangle.id);
                     written += 1;
                 }
             }

@@ -97,8 +97,12 @@ impl Interpolator {
     /// `0..=1`, since the centre of a covered pixel may lie a rounding step outside; what is not
     /// a number becomes 0.
     pub fn fragment(&self, x: u32, y: u32) -> Fragment {
-        let dx = f64::from(x) + 0.5 - self.origin[0];
-        let dy = f64::from(y) + 0.5 - self.origin[1];
+        self.fragment_at([f64::from(x) + 0.5, f64::from(y) + 0.5])
+    }
+
+    /// [`Interpolator::fragment`] at any place of the picture, in pixels from its corner.
+    pub fn fragment_at(&self, [x, y]: [f64; 2]) -> Fragment {
+        let (dx, dy) = (x - self.origin[0], y - self.origin[1]);
         let share = (self.at_origin + self.ddx * dx + self.ddy * dy).map(at_least_zero);
         let sum = share.x + share.y + share.z;
         let weights = share / sum;

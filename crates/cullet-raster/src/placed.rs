@@ -90,7 +90,7 @@ impl Placed {
     #[inline(always)]
     fn classify<S: Simd>(&mut self, simd: S, lens: &Lens, p: &Clip4<S>, start: usize) {
         let zero = f64x4::splat(simd, 0.0);
-        let gone = (p.x - p.x) + (p.y - p.y) + (p.z - p.z) + (p.w - p.w); // NaN unless all finite
+        let gone = p.x * 0.0 + p.y * 0.0 + p.z * 0.0 + p.w * 0.0; // NaN unless all are finite
         let finite = gone.simd_eq(zero);
         if lens.planes.is_empty() && finite.all_true() {
             self.outside[start..start + 4].fill(0);

@@ -14,8 +14,12 @@ use crate::samples::Samples;
 /// Pixels along a side of a block of the depth hierarchy.
 pub(crate) const BLOCK: usize = 8;
 
-/// Columns beyond the right border, so that a group of eight may begin at the last column.
-const MARGIN: usize = 8;
+/// Columns beyond the right border, so that a group of eight may begin at the last column, and a cache
+/// line's worth, so that all rows begin alike.
+const MARGIN: usize = LINE;
+
+/// Values in a cache line.
+const LINE: usize = 16;
 
 /// A square of samples. All of it is drawn to, also where it reaches beyond the picture.
 #[derive(Clone, Debug, Default)]
@@ -26,6 +30,8 @@ pub struct TileBuffer {
     y: i32,
     side: usize,
     samples: Samples,
+    /// Where keys and ids begin, for rows to start with a cache line.
+    pub(crate) starts: [usize; 2],
     /// Sample by sample a square of rows, `stride` values each.
     pub(crate) keys: Vec<i32>,
     /// The same.
@@ -54,9 +60,14 @@ impl TileBuffer {
         (self.side, self.samples) = (side, samples);
         let n = samples.count() * self.plane();
         self.keys.clear();
-        self.keys.resize(n, 0);
+        self.keys.resize(n + LINE, 0);
         self.ids.clear();
-        self.ids.resize(n, NO_TRIANGLE);
+        self.ids.resize(n + LINE, NO_TRIANGLE);
+        let start = |offset: usize| offset.min(LINE); // no promise is given that it is known
+        self.starts = [
+            start(self.keys.as_ptr().align_offset(4 * LINE)),
+            start(self.ids.as_ptr().align_offset(4 * LINE)),
+        ];
         let n_blocks = (side / BLOCK) * (side / BLOCK);
         self.farthest.clear();
         self.farthest.resize(n_blocks, 0);
@@ -67,18 +78,6 @@ impl TileBuffer {
     /// Upper left corner in the picture, px.
     pub fn origin(&self) -> [i32; 2] {
         [self.x, self.y]
-    }
-
-    /// Column of the picture.
-    #[inline(always)]
-    pub(crate) fn x_of(&self, column: usize) -> i32 {
-        self.x + column as i32
-    }
-
-    /// Row of the picture.
-    #[inline(always)]
-    pub(crate) fn y_of(&self, row: usize) -> i32 {
-        self.y + row as i32
     }
 
     /// Pixels along a side.
@@ -103,13 +102,13 @@ impl TileBuffer {
 
     /// The source triangles of a sample along a row, left to right, or [`NO_TRIANGLE`].
     pub fn ids(&self, sample: usize, row: usize) -> &[u32] {
-        let start = sample * self.plane() + row * self.stride();
+        let start = self.starts[1] + sample * self.plane() + row * self.stride();
         &self.ids[start..start + self.side]
     }
 
     /// The depth keys of a sample along a row.
     pub fn keys(&self, sample: usize, row: usize) -> &[i32] {
-        let start = sample * self.plane() + row * self.stride();
+        let start = self.starts[0] + sample * self.plane() + row * self.stride();
         &self.keys[start..start + self.side]
     }
 
@@ -153,7 +152,8 @@ impl TileBuffer {
             let mut least = i32x8::splat(simd, i32::MAX);
             for sample in 0..self.samples.count() {
                 for row in 0..BLOCK {
-                    let start = corner + sample * self.plane() + row * self.stride();
+                    let start =
+                        self.starts[0] + corner + sample * self.plane() + row * self.stride();
                     least = least.min(i32x8::from_slice(simd, &self.keys[start..start + BLOCK]));
                 }
             }
@@ -181,8 +181,9 @@ mod tests {
         assert!(!tile.hides(Level::new(), whole, 0));
         let (stride, plane) = (tile.stride(), tile.plane());
         for (row, column) in (0..8).flat_map(|row| (8..16).map(move |column| (row, column))) {
-            tile.keys[row * stride + column] = 50;
-            tile.keys[plane + row * stride + column] = 40;
+            let at = tile.starts[0] + row * stride + column;
+            tile.keys[at] = 50;
+            tile.keys[plane + at] = 40;
         }
         assert!(!tile.hides(Level::new(), whole, 0)); // nobody said that it was written
         tile.touch(whole);

@@ -18,8 +18,9 @@
 //! fail. The same prepared scene, view and settings give the same bytes for every number of
 //! threads, with culling on or off, in debug and in release builds.
 
+mod bins;
 mod cameras;
-mod chunks;
+mod clusters;
 mod culling;
 mod frame;
 mod framing;
@@ -30,10 +31,13 @@ mod prepared;
 mod raycast;
 mod renderer;
 mod schedule;
+mod screen_box;
 mod settings;
 mod shading;
 mod stats;
+mod tiles;
 mod visibility;
+mod visible_clusters;
 
 pub use cameras::camera_of;
 pub use frame::{Frame, Region};
@@ -45,6 +49,7 @@ pub use prepared::{PrepareError, Prepared};
 pub use renderer::Renderer;
 pub use settings::{RendererKind, Settings};
 pub use stats::{FrameStats, ObjectCounters, Stages};
+pub use visible_clusters::ClusterCounters;
 
 pub use cullet_cull as cull;
 pub use cullet_cull::Test as CullTest;

@@ -9,6 +9,8 @@ use cullet_shade::{Mips, Surface, Texture, srgb};
 use glam::Vec3;
 
 use crate::Item;
+use crate::clusters::Clusters;
+use crate::schedule::{for_each, thread_count};
 
 /// Why a scene cannot be prepared.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -29,6 +31,8 @@ pub struct Prepared {
     scene: Scene,
     textures: Vec<Texture>,
     items: Vec<Item>,
+    /// By mesh.
+    clusters: Vec<Clusters>,
     hierarchy: Hierarchy,
 }
 
@@ -53,7 +57,9 @@ impl Prepared {
         let boxes: Vec<Aabb> = items.iter().map(|item| item.bounds).collect();
         let textures = textures(&mut scene);
         srgb::encode8(0.0); // its table is made at the first use, which no frame should pay for
-        Ok(Prepared { scene, textures, items, hierarchy: Hierarchy::build(&boxes) })
+        let hierarchy = Hierarchy::build(&boxes);
+        let clusters = clusters(&scene.meshes);
+        Ok(Prepared { scene, textures, items, clusters, hierarchy })
     }
 
     /// The scene as loaded (its image bytes have moved into the texture pyramids).
@@ -79,6 +85,11 @@ impl Prepared {
     /// Index of the item that global triangle `id` belongs to.
     pub(crate) fn item_of(&self, id: u32) -> usize {
         self.items.partition_point(|item| item.first_triangle <= id) - 1
+    }
+
+    /// The clusters of an item's mesh.
+    pub(crate) fn clusters(&self, item_idx: usize) -> &Clusters {
+        &self.clusters[self.items[item_idx].mesh]
     }
 
     pub(crate) fn mesh(&self, item: &Item) -> &Mesh {
@@ -109,6 +120,14 @@ pub(crate) fn drawable(mesh: &Mesh) -> impl Iterator<Item = [Vec3; 3]> {
 /// dropped may change where a camera stands.
 fn mesh_bounds(mesh: &Mesh) -> Aabb {
     Aabb::from_points(drawable(mesh).flatten().map(|p| p.as_dvec3()))
+}
+
+/// Cuts every mesh, on all cores.
+fn clusters(meshes: &[Mesh]) -> Vec<Clusters> {
+    let mut clusters = vec![Clusters::default(); meshes.len()];
+    let jobs = clusters.iter_mut().zip(meshes);
+    for_each(thread_count(0), jobs, |(clusters, mesh)| *clusters = Clusters::new(mesh));
+    clusters
 }
 
 /// Moves the pixels of each image into a pyramid that its textures share.

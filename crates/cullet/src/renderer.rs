@@ -2,25 +2,29 @@
 
 use std::time::Instant;
 
-use cullet_raster::{DepthFormat, NO_TRIANGLE, Tile};
+use cullet_raster::{NO_TRIANGLE, Samples, TileBuffer};
 use cullet_transform::{PlaneMask, View};
 
-use crate::chunks::{Chunk, Depth, fill_chunks, segments};
+use crate::bins::{Bins, Grid};
 use crate::culling::cull;
 use crate::raycast::Raycaster;
-use crate::schedule::{for_each, thread_count};
+use crate::schedule::{for_each_with, thread_count};
 use crate::shading::{Shaded, shade};
+use crate::tiles::{TileDrawer, TileScratch};
 use crate::visibility::VisibilityBuffer;
+use crate::visible_clusters::VisibleClusters;
 use crate::{Frame, FrameStats, Prepared, Region, RendererKind, Settings};
 
 /// Scratch memory; it carries nothing from one frame to the next.
 #[derive(Debug, Default)]
 pub struct Renderer {
     ids: Vec<u32>,
-    depth: Vec<<Depth as DepthFormat>::Code>,
     /// Per item: the planes that cut it, or `None` when it was thrown out.
     planes: Vec<Option<PlaneMask>>,
-    chunks: Vec<Chunk>,
+    clusters: VisibleClusters,
+    bins: Bins,
+    /// By thread.
+    tiles: Vec<TileScratch>,
 }
 
 impl Renderer {
@@ -80,48 +84,135 @@ impl Renderer {
         let n_pixels = region.width as usize * region.height as usize;
         self.ids.clear();
         self.ids.resize(n_pixels, NO_TRIANGLE);
-        self.depth.clear();
-        self.depth.resize(n_pixels, Depth::FARTHEST);
+        let start = Instant::now();
+        let samples = Samples::One;
+        let side = settings.tile_px.clamp(8, 256).next_multiple_of(8);
+        self.clusters.find(prepared, view, settings, samples, &self.planes, threads);
+        let grid = Grid::new(region, side);
+        let rectangles = self.clusters.sorted().map(|cluster| (cluster.shown.x, cluster.shown.y));
+        self.bins.fill(&grid, rectangles);
+        let middle = Instant::now();
+        stats.stages.geometry = middle - start;
 
-        let drawn = self.planes.iter().enumerate().filter(|(_, planes)| planes.is_some());
-        let mut pending = drawn.flat_map(|(i, _)| segments(i, &prepared.items()[i])).peekable();
-        while pending.peek().is_some() {
-            let start = Instant::now();
-            let n_chunks = fill_chunks(&mut self.chunks, &mut pending);
-            let chunks = &mut self.chunks[..n_chunks];
-            let planes = &self.planes;
-            for_each(threads, chunks.iter_mut(), |chunk| chunk.set_up(prepared, view, planes));
-            let middle = Instant::now();
-            stats.stages.geometry += middle - start;
-
-            // Every band looks at every triangle: no more bands than keep the cores busy.
-            let n_bands = if threads == 1 { 1 } else { 4 * threads };
-            let rows = (region.height as usize).div_ceil(n_bands).max(8);
-            let stride = rows * region.width as usize;
-            let (ids, depth) = (self.ids.chunks_mut(stride), self.depth.chunks_mut(stride));
-            let bands: Vec<_> = ids.zip(depth).enumerate().collect();
-            let written = std::sync::atomic::AtomicU64::new(0);
-            for_each(threads, bands.into_iter(), |(i, (ids, depth))| {
-                let y = region.y + (i * rows) as u32;
-                let mut tile = Tile::<Depth> { x: region.x, y, width: region.width, ids, depth };
-                let mut n = 0;
-                for chunk in &*chunks {
-                    n += chunk.cover(prepared, view, settings, planes, &mut tile);
-                }
-                written.fetch_add(n, std::sync::atomic::Ordering::Relaxed);
-            });
-            stats.samples_written += written.into_inner();
-            for chunk in &*chunks {
-                stats.triangles += chunk.counters;
-            }
-            stats.stages.raster += middle.elapsed();
+        if self.tiles.len() < threads {
+            self.tiles.resize_with(threads, TileScratch::default);
         }
+        let tiles = &mut self.tiles[..threads];
+        for tile in &mut *tiles {
+            (tile.counters, tile.n_samples_written) = Default::default();
+        }
+        let drawer = TileDrawer {
+            prepared,
+            view,
+            settings,
+            planes: &self.planes,
+            grid,
+            bins: &self.bins,
+            clusters: &self.clusters,
+            samples,
+        };
+        let rows = TileRows::new(&grid, region, &mut self.ids);
+        for_each_with(tiles, rows, |scratch, mut row| {
+            for column in 0..grid.size[0] {
+                drawer.tile(scratch, [column, row.number]);
+                row.take(&grid, region, column, &scratch.buffer);
+            }
+        });
+        self.clusters.count(prepared);
+        stats.clusters = self.clusters.counters;
+        stats.n_triangles_of_culled_clusters = self.clusters.n_triangles_culled;
+        let drawn = prepared.items().iter().zip(&self.planes).enumerate();
+        for (i, (item, _)) in drawn.filter(|(_, (_, planes))| planes.is_some()) {
+            let n = prepared.clusters(i).n_not_finite;
+            stats.triangles.n_in += n;
+            stats.triangles.n_not_finite += n;
+            debug_assert!(n <= u64::from(item.n_triangles));
+        }
+        for tile in &self.tiles[..threads] {
+            stats.triangles += tile.counters;
+            stats.samples_written += tile.n_samples_written;
+        }
+        stats.stages.raster = middle.elapsed();
     }
 
     fn scratch_bytes(&self) -> u64 {
-        let chunks: usize = self.chunks.iter().map(Chunk::bytes).sum();
-        let pixels = size_of_val(&self.ids[..]) + size_of_val(&self.depth[..]);
-        (pixels + size_of_val(&self.planes[..]) + chunks) as u64
+        let tiles: usize = self.tiles.iter().map(TileScratch::bytes).sum();
+        let lists = self.clusters.bytes() + self.bins.bytes();
+        (size_of_val(&self.ids[..]) + size_of_val(&self.planes[..]) + lists + tiles) as u64
+    }
+}
+
+/// The rows of tiles of a grid, each with its part of a picture.
+struct TileRows<'a> {
+    ids: &'a mut [u32],
+    region: Region,
+    side: u32,
+    first_row: u32,
+    next: u32,
+    end: u32,
+}
+
+/// One of them.
+struct TileRow<'a> {
+    /// In the grid.
+    number: u32,
+    /// First row of pixels in the picture.
+    y: u32,
+    ids: &'a mut [u32],
+}
+
+impl<'a> TileRows<'a> {
+    fn new(grid: &Grid, region: Region, ids: &'a mut [u32]) -> Self {
+        TileRows {
+            ids,
+            region,
+            side: grid.side,
+            first_row: grid.first[1],
+            next: 0,
+            end: grid.size[1],
+        }
+    }
+}
+
+impl<'a> Iterator for TileRows<'a> {
+    type Item = TileRow<'a>;
+
+    fn next(&mut self) -> Option<TileRow<'a>> {
+        if self.next == self.end {
+            return None;
+        }
+        let number = self.next;
+        self.next += 1;
+        let top = (self.first_row + number) * self.side;
+        let y = top.max(self.region.y);
+        let bottom = (top + self.side).min(self.region.y + self.region.height);
+        let n = (bottom - y) as usize * self.region.width as usize;
+        let (ids, rest) = std::mem::take(&mut self.ids).split_at_mut(n);
+        self.ids = rest;
+        Some(TileRow { number, y, ids })
+    }
+
+    fn size_hint(&self) -> (usize, Option<usize>) {
+        let n = (self.end - self.next) as usize;
+        (n, Some(n))
+    }
+}
+
+impl ExactSizeIterator for TileRows<'_> {}
+
+impl TileRow<'_> {
+    /// Copies the part of a tile that lies in the region.
+    fn take(&mut self, grid: &Grid, region: Region, column: u32, tile: &TileBuffer) {
+        let left = (grid.first[0] + column) * grid.side;
+        let x = left.max(region.x);
+        let right = (left + grid.side).min(region.x + region.width);
+        let top = (grid.first[1] + self.number) * grid.side;
+        let width = region.width as usize;
+        for (i, row) in self.ids.chunks_mut(width).enumerate() {
+            let from = tile.ids(0, (self.y - top) as usize + i);
+            row[(x - region.x) as usize..(right - region.x) as usize]
+                .copy_from_slice(&from[(x - left) as usize..(right - left) as usize]);
+        }
     }
 }
 

@@ -23,21 +23,38 @@ where
     if threads <= 1 {
         return jobs.for_each(work);
     }
+    for_each_with(&mut vec![(); threads], jobs, |(), job| work(job));
+}
+
+/// [`for_each`] on as many threads as there are `states`; a job gets the state of its thread.
+pub(crate) fn for_each_with<S: Send, T, I>(
+    states: &mut [S],
+    jobs: I,
+    work: impl Fn(&mut S, T) + Sync,
+) where
+    I: ExactSizeIterator<Item = T> + Send,
+{
+    let threads = states.len().min(jobs.len()).max(1);
+    let Some((own, others)) = states[..threads].split_first_mut() else { return };
+    if others.is_empty() {
+        return jobs.for_each(|job| work(own, job));
+    }
     let jobs = Mutex::new(jobs);
     let next = || jobs.lock().unwrap_or_else(PoisonError::into_inner).next();
-    let drain = || {
+    let drain = |state: &mut S| {
         while let Some(job) = next() {
-            work(job);
+            work(state, job);
         }
     };
+    let drain = &drain;
     thread::scope(|scope| {
-        for _ in 1..threads {
+        for state in others {
             // Where the system gives no more threads, those there are do the work.
-            if thread::Builder::new().spawn_scoped(scope, drain).is_err() {
+            if thread::Builder::new().spawn_scoped(scope, move || drain(state)).is_err() {
                 break;
             }
         }
-        drain();
+        drain(own);
     });
 }
 
@@ -52,6 +69,9 @@ mod tests {
             for_each(threads, jobs.iter_mut(), |job| *job += 1);
             assert!(jobs.iter().all(|&n| n == 1), "{threads}");
         }
+        let mut sums = [0; 3];
+        for_each_with(&mut sums, 1..101, |sum, job| *sum += job);
+        assert_eq!(sums.iter().sum::<i32>(), 5050);
         for_each(4, std::iter::empty::<u8>(), |_| unreachable!());
         assert!(thread_count(0) >= 1);
         assert_eq!(thread_count(3), 3);

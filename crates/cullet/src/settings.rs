@@ -28,6 +28,12 @@ pub struct Settings {
     pub cull: CullTest,
     /// Ask the tree over all objects first, where it serves the test (`PVertex`, `Both`, `Sat`).
     pub hierarchy: bool,
+    /// Leave out, tile by tile, what lies wholly behind what has been drawn there. Never changes a
+    /// pixel.
+    pub occlusion: bool,
+    /// Pixels along a side of the tiles that the picture is drawn in: a multiple of 8 from 8 to 256, others
+    /// are rounded to one. Never changes a pixel.
+    pub tile_px: u32,
     /// The instruction set of wide code. Never changes a pixel.
     pub simd: Level,
     /// Leave out objects whose boxes are smaller than this on the picture, the longer side in
@@ -57,6 +63,8 @@ impl Default for Settings {
             filter: Filter::Trilinear,
             cull: CullTest::Both,
             hierarchy: true,
+            occlusion: true,
+            tile_px: 64,
             simd: Level::new(),
             min_size_px: 0.0,
             cull_view: None,

@@ -4,6 +4,8 @@ use std::time::Duration;
 
 use cullet_raster::SetupCounters;
 
+use crate::ClusterCounters;
+
 /// Counters and times of one frame.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct FrameStats {
@@ -17,8 +19,12 @@ pub struct FrameStats {
     pub objects: ObjectCounters,
     /// Triangles of objects that culling threw out whole.
     pub n_triangles_of_culled_objects: u64,
-    /// What became of the triangles of the objects that were drawn, and of those without a
-    /// drawable triangle.
+    /// What became of the clusters of the objects that were drawn.
+    pub clusters: ClusterCounters,
+    /// Triangles of clusters that were thrown out whole.
+    pub n_triangles_of_culled_clusters: u64,
+    /// What became of the triangles of the clusters that were drawn, and of those that
+    /// cannot be.
     pub triangles: SetupCounters,
     /// Samples that a triangle won, later losers included.
     pub samples_written: u64,

@@ -75,6 +75,13 @@ pub struct RenderArgs {
     /// a pixel
     #[arg(long, value_enum, default_value = "on")]
     pub hierarchy: Switch,
+    /// Leave out, tile by tile, what lies behind what has been drawn; changes time, never a pixel
+    #[arg(long, value_enum, default_value = "on")]
+    pub occlusion: Switch,
+    /// Pixels along a side of the tiles that a picture is drawn in, a multiple of 8; changes time,
+    /// never a pixel
+    #[arg(long, value_name = "PX", default_value_t = 64, value_parser = tile_size)]
+    pub tile_size: u32,
     /// Leave out objects smaller than this on the picture: the longer side of their boxes, in
     /// pixels. Unlike all other culling this changes pixels; 0 leaves out nothing
     #[arg(long, value_name = "PX", default_value_t = 0.0, value_parser = min_size)]
@@ -219,6 +226,15 @@ pub enum RaycastGeometry {
     Exact,
 }
 
+/// `--tile-size`.
+fn tile_size(text: &str) -> Result<u32, String> {
+    let side: u32 = text.parse().map_err(|_| format!("`{text}` is not a whole number"))?;
+    if !(8..=256).contains(&side) || !side.is_multiple_of(8) {
+        return Err("a tile's side is a multiple of 8 from 8 to 256".into());
+    }
+    Ok(side)
+}
+
 impl RenderArgs {
     /// The settings these options mean, with the passes still to be chosen.
     pub fn settings(&self) -> Result<cullet::Settings, Failure> {
@@ -244,6 +260,8 @@ impl RenderArgs {
                 CullName::Sat => CullTest::Sat,
             },
             hierarchy: self.hierarchy == Switch::On,
+            occlusion: self.occlusion == Switch::On,
+            tile_px: self.tile_size,
             simd: self.simd.level()?,
             threads: usize::from(self.threads),
             min_size_px: self.min_size,

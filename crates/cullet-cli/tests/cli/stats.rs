@@ -11,7 +11,7 @@ fn every_key_of_the_contract_is_there() {
     for key in ["load", "prepare", "cull", "geometry", "raster", "shade", "resolve", "encode"] {
         assert!(stats["stages"][key].is_number(), "{key}");
     }
-    for key in ["objects", "triangles"] {
+    for key in ["objects", "clusters", "triangles"] {
         let counters = &stats[key];
         let culled = counters["culled"].as_object().unwrap().values();
         let culled: u64 = culled.map(|n| n.as_u64().unwrap()).sum();

@@ -1,0 +1,173 @@
+//! Where on the picture a box may show, and how near: bounds that hold for everything inside it.
+//!
+//! In front of the eye the picture of a box lies within that of its corners. Every number is widened
+//! by a bound on its rounding, so that no sample that the rasterizer could cover, and no depth that
+//! it could write there, lies outside. Rounding of a sum of four products, in units of the sum of
+//! their sizes: Higham 2002, "Accuracy and Stability of Numerical Algorithms", 3.1.
+
+use cullet_cull::Aabb;
+use cullet_raster::{DepthFormat, ReversedF32, Samples};
+use cullet_transform::Viewport;
+use glam::DMat4;
+
+/// Pixels `x[0]..x[1]`, `y[0]..y[1]` of the picture, and the nearest key in them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct ScreenBox {
+    pub x: [i32; 2],
+    pub y: [i32; 2],
+    /// No sample is nearer.
+    pub nearest: i32,
+}
+
+impl ScreenBox {
+    /// Everywhere and as near as can be.
+    fn everywhere(viewport: Viewport) -> Self {
+        let nearest = ReversedF32::key(1.0);
+        ScreenBox { x: [0, viewport.width() as i32], y: [0, viewport.height() as i32], nearest }
+    }
+
+    /// Whether no sample can be inside.
+    pub fn is_empty(&self) -> bool {
+        self.x[0] >= self.x[1] || self.y[0] >= self.y[1]
+    }
+
+    /// Bounds of a finite box; everywhere where it reaches behind the eye.
+    pub fn of(
+        bounds: &Aabb,
+        clip_from_model: &DMat4,
+        viewport: Viewport,
+        samples: Samples,
+    ) -> Self {
+        let [x, y, z, w] = [0, 1, 2, 3].map(|row| Row::new(clip_from_model, row, bounds));
+        let nearest_w = w.values.iter().fold(f64::INFINITY, |least, w| least.min(*w)) - w.error;
+        if !(nearest_w > 0.0 && nearest_w.is_finite()) {
+            return ScreenBox::everywhere(viewport);
+        }
+        let reach = f64::from(samples.reach()) / 16.0;
+        let across = |row: &Row, side: u32, sign: f64| -> Option<[i32; 2]> {
+            let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+            for (value, w) in row.values.iter().zip(&w.values) {
+                let ndc = sign * value / w;
+                (low, high) = (low.min(ndc), high.max(ndc));
+            }
+            let largest = low.abs().max(high.abs());
+            let error = (row.error + largest * w.error) / nearest_w + largest * ULP;
+            let side = f64::from(side);
+            // A snap moves a corner by up to 1/512 px.
+            let margin = 0.5 * side * (error + ULP) + 1.0 / 256.0;
+            let px = |ndc: f64| (0.5 + 0.5 * ndc) * side;
+            let first = (px(low) - margin - 0.5 - reach).ceil().max(0.0);
+            let last = (px(high) + margin - 0.5 + reach).floor().min(side - 1.0);
+            let finite = first.is_finite() && last.is_finite();
+            finite.then(|| [first.min(side) as i32, (last + 1.0).max(0.0) as i32])
+        };
+        let (Some(x), Some(y)) =
+            (across(&x, viewport.width(), 1.0), across(&y, viewport.height(), -1.0))
+        else {
+            return ScreenBox::everywhere(viewport);
+        };
+        // z / w over the box: both are linear, so the corners have the extremes.
+        let mut nearest = 0.0_f64;
+        for (z, w) in z.values.iter().zip(&w.values) {
+            nearest = nearest.max(z / w);
+        }
+        let error = (z.error + nearest * w.error) / nearest_w + nearest * ULP;
+        let nearest = ((nearest + error).clamp(0.0, 1.0) as f32).next_up().min(1.0);
+        ScreenBox { x, y, nearest: ReversedF32::key(nearest) }
+    }
+}
+
+/// More than the relative rounding of a few operations.
+const ULP: f64 = 16.0 * f64::EPSILON;
+
+/// One clip coordinate of the eight corners.
+struct Row {
+    values: [f64; 8],
+    /// No value, nor that of any point of the box, is farther off by rounding.
+    error: f64,
+}
+
+impl Row {
+    fn new(clip_from_model: &DMat4, row: usize, bounds: &Aabb) -> Self {
+        let m = clip_from_model.row(row);
+        let [min, max] = [bounds.min, bounds.max];
+        let x = [m.x * min.x, m.x * max.x];
+        let y = [m.y * min.y, m.y * max.y];
+        let z = [m.z * min.z, m.z * max.z];
+        let mut values = [0.0; 8];
+        for (i, value) in values.iter_mut().enumerate() {
+            *value = x[i & 1] + y[i >> 1 & 1] + z[i >> 2] + m.w;
+        }
+        let size = |pair: [f64; 2]| pair[0].abs().max(pair[1].abs());
+        let error = (size(x) + size(y) + size(z) + m.w.abs()) * ULP;
+        Row { values, error }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use cullet_raster::snap;
+    use cullet_transform::{Camera, ClipPoint, Projection, View};
+    use glam::{DAffine3, DVec3};
+
+    #[test]
+    fn nothing_in_a_box_shows_outside_its_bounds() {
+        let mut state = 7u64;
+        let mut random = move || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (state >> 11) as f64 / (1u64 << 53) as f64 * 2.0 - 1.0
+        };
+        let mut vector = move || DVec3::new(random(), random(), random());
+        let viewport = Viewport::new(640, 360).unwrap();
+        let lenses = [
+            Projection::Perspective { yfov: 1.0, near: 0.1, far: f64::INFINITY },
+            Projection::Perspective { yfov: 0.01, near: 1e-3, far: 300.0 },
+            Projection::Orthographic { height: 5.0, near: 0.0, far: 50.0 },
+        ];
+        let mut n_bounded = 0;
+        for round in 0..3000 {
+            let scale = [1e-3, 1.0, 30.0][round % 3];
+            let eye = vector() * 5.0;
+            let camera =
+                Camera::look_at(eye, vector(), DVec3::new(0.1, 1.0, 0.05), lenses[round / 3 % 3]);
+            let Ok(camera) = camera else { continue };
+            let view = View::new(&camera, viewport);
+            let offset = if round % 5 == 0 { DVec3::splat(1e7) } else { DVec3::ZERO };
+            let model = DAffine3::from_translation(-offset + vector());
+            let corners = [vector() * scale + offset, vector() * scale + offset];
+            let corners = corners.map(|c| c.as_vec3().as_dvec3());
+            let bounds = Aabb::from_points(corners);
+            let clip_from_model = view.clip_from_model(&model);
+            let samples = Samples::ALL[round / 9 % 4];
+            let shown = ScreenBox::of(&bounds, &clip_from_model, viewport, samples);
+            n_bounded += u32::from(shown != ScreenBox::everywhere(viewport));
+            for _ in 0..20 {
+                let t = vector() * 0.5 + 0.5;
+                let p = bounds.min + (bounds.max - bounds.min) * t;
+                let clip = ClipPoint::from_model(&clip_from_model, p.clamp(bounds.min, bounds.max));
+                if !(clip.w > 0.0) {
+                    assert_eq!(shown, ScreenBox::everywhere(viewport));
+                    continue;
+                }
+                let at = snap::<8>(viewport, &clip);
+                // A sample exactly there.
+                for offset in samples.offsets() {
+                    let pixel = |units: i64, axis: usize| {
+                        (units - 128 - 16 * i64::from(offset[axis])).div_euclid(256)
+                    };
+                    let (x, y) = (pixel(at.x, 0), pixel(at.y, 1));
+                    let inside = (0..640).contains(&x) && (0..360).contains(&y);
+                    // The sample lies up to a pixel left of the point.
+                    let near = |range: [i32; 2], v: i64| {
+                        (i64::from(range[0]) - 1..=i64::from(range[1])).contains(&v)
+                    };
+                    assert!(!inside || (near(shown.x, x) && near(shown.y, y)), "{round}");
+                }
+                let depth = clip.ndc().depth.clamp(0.0, 1.0);
+                assert!(ReversedF32::key(depth as f32) <= shown.nearest, "{round}");
+            }
+        }
+        assert!(n_bounded > 500, "{n_bounded}");
+    }
+}
