@@ -20,7 +20,6 @@ use crate::needs::{Needs, Shading};
 use crate::sampler::{Filter, sample, sample_alpha};
 use crate::sampler8::{Footprint8, fits, trilinear8};
 use crate::select::max;
-use crate::srgb::Decoder;
 use crate::surface::{Surface, corner_uvs, flat_normal, gather, interpolate, outward_normal};
 use crate::texture::Texture;
 
@@ -119,7 +118,6 @@ impl Run<'_, '_> {
     #[inline(always)]
     fn shade8<S: Simd>(&self, simd: S, out: &mut [Vec4]) {
         let Run { triangle, look, pixels, ref base_color, ref lit } = *self;
-        let decoder = Decoder::new();
         for (group, out) in out.chunks_mut(8).enumerate() {
             let first = 8 * group;
             let fragment = pixels.at8(simd, first);
@@ -128,7 +126,7 @@ impl Run<'_, '_> {
                 let mut texels = [Vec4::ONE; 8];
                 if look.filter == Filter::Trilinear && fits(texture) {
                     let footprint = footprint8(uvs, &fragment);
-                    trilinear8(simd, texture, &decoder, &footprint, out.len(), &mut texels);
+                    trilinear8(simd, texture, &footprint, out.len(), &mut texels);
                 } else {
                     one_by_one(texture, uvs, look.filter, pixels, first, &mut texels[..out.len()]);
                 }

@@ -1,6 +1,6 @@
 //! The plain twin: the same colours in f64, with nothing specialised and nothing shared.
 //!
-//! Textures keep their bytes, so the levels of a [`Texture`] are common ground; [`mips`]
+//! Textures keep their texels in 16 bits, so the levels of a [`Texture`] are common ground; [`mips`]
 //! judges those.
 
 use cullet_raster::Fragment;
@@ -86,15 +86,15 @@ pub fn world_normal(
 
 /// Twin of [`crate::sample`].
 pub fn sample(texture: &Texture, uv: DVec2, duvdx: DVec2, duvdy: DVec2, filter: Filter) -> DVec4 {
-    let levels = texture.mips.levels();
+    let mips = &texture.mips;
     let lod = lod(texture, duvdx, duvdy);
-    let nearest_level = &levels[(lod + 0.5).ceil() as usize - 1];
+    let nearest_level = &mips.level((lod + 0.5).ceil() as usize - 1);
     match filter {
         Filter::Nearest => nearest(nearest_level, texture.wrap, uv),
         Filter::Bilinear => bilinear(nearest_level, texture.wrap, uv),
         Filter::Trilinear => {
-            let finer = bilinear(&levels[lod.floor() as usize], texture.wrap, uv);
-            let coarser = bilinear(&levels[lod.ceil() as usize], texture.wrap, uv);
+            let finer = bilinear(&mips.level(lod.floor() as usize), texture.wrap, uv);
+            let coarser = bilinear(&mips.level(lod.ceil() as usize), texture.wrap, uv);
             finer.lerp(coarser, lod.fract())
         }
     }
@@ -102,16 +102,16 @@ pub fn sample(texture: &Texture, uv: DVec2, duvdx: DVec2, duvdy: DVec2, filter: 
 
 /// Level of detail, clamped to the levels there are.
 pub fn lod(texture: &Texture, duvdx: DVec2, duvdy: DVec2) -> f64 {
-    let levels = texture.mips.levels();
-    let size = DVec2::new(f64::from(levels[0].width()), f64::from(levels[0].height()));
+    let base = texture.mips.level(0);
+    let size = DVec2::new(f64::from(base.width()), f64::from(base.height()));
     let longer = (duvdx * size).length().max((duvdy * size).length());
-    libm::log2(longer).clamp(0.0, (levels.len() - 1) as f64)
+    libm::log2(longer).clamp(0.0, (texture.mips.n_levels() - 1) as f64)
 }
 
 /// All levels of an image, linear RGBA, from the areas that their texels cover.
 pub fn mips(image: &Image) -> Vec<Vec<[f64; 4]>> {
     let (mut width, mut height) = (image.width as usize, image.height as usize);
-    let texel = |bytes: &[u8; 4]| decode(*bytes).to_array();
+    let texel = |bytes: &[u8; 4]| decode_bytes(*bytes).to_array();
     let mut levels = vec![image.rgba.as_chunks().0.iter().map(texel).collect::<Vec<_>>()];
     while width > 1 || height > 1 {
         let (w, h) = ((width / 2).max(1), (height / 2).max(1));
@@ -140,13 +140,13 @@ fn overlap(i: usize, n: usize, j: usize, m: usize) -> f64 {
     (high - low).max(0.0)
 }
 
-fn nearest(level: &Level, wrap: [Wrap; 2], uv: DVec2) -> DVec4 {
+fn nearest(level: &Level<'_>, wrap: [Wrap; 2], uv: DVec2) -> DVec4 {
     let x = (uv.x * f64::from(level.width())).floor();
     let y = (uv.y * f64::from(level.height())).floor();
     texel(level, wrap, x, y)
 }
 
-fn bilinear(level: &Level, wrap: [Wrap; 2], uv: DVec2) -> DVec4 {
+fn bilinear(level: &Level<'_>, wrap: [Wrap; 2], uv: DVec2) -> DVec4 {
     let x = uv.x * f64::from(level.width()) - 0.5;
     let y = uv.y * f64::from(level.height()) - 0.5;
     let (left, top) = (x.floor(), y.floor());
@@ -155,8 +155,9 @@ fn bilinear(level: &Level, wrap: [Wrap; 2], uv: DVec2) -> DVec4 {
 }
 
 /// The texel that texel `x`, `y` of the endless plane shows.
-fn texel(level: &Level, wrap: [Wrap; 2], x: f64, y: f64) -> DVec4 {
-    decode(level.texel(wrapped(x, level.width(), wrap[0]), wrapped(y, level.height(), wrap[1])))
+fn texel(level: &Level<'_>, wrap: [Wrap; 2], x: f64, y: f64) -> DVec4 {
+    let (x, y) = (wrapped(x, level.width(), wrap[0]), wrapped(y, level.height(), wrap[1]));
+    DVec4::from_array(level.texel(x, y).map(|steps| f64::from(steps) / 65535.0))
 }
 
 fn wrapped(i: f64, n: u32, wrap: Wrap) -> u32 {
@@ -172,7 +173,7 @@ fn wrapped(i: f64, n: u32, wrap: Wrap) -> u32 {
     wrapped as u32
 }
 
-fn decode([r, g, b, a]: [u8; 4]) -> DVec4 {
+fn decode_bytes([r, g, b, a]: [u8; 4]) -> DVec4 {
     let [r, g, b, a] = [r, g, b, a].map(|byte| f64::from(byte) / 255.0);
     DVec4::new(decode_exact(r), decode_exact(g), decode_exact(b), a)
 }

@@ -2,7 +2,7 @@
 //!
 //! Texel `i` of `n` has its centre at `(i + 1/2) / n`. Coordinates are folded by the wrap
 //! mode in f64, where the product with a texture size is exact, so a texel choice never
-//! suffers from rounding. Texels are decoded to linear light before they are blended.
+//! suffers from rounding. Texels are linear light, so they are blended as they are.
 //!
 //! Texture space: u to the right, v down, 0..1 across the image. Any coordinate has a
 //! colour: NaN counts as 0, and so does an infinity that repeats or mirrors.
@@ -39,17 +39,17 @@ pub fn sample(texture: &Texture, uv: Vec2, duvdx: Vec2, duvdy: Vec2, filter: Fil
 
 /// The alpha of [`sample`], bit for bit, without the colour.
 pub fn sample_alpha(texture: &Texture, uv: Vec2, duvdx: Vec2, duvdy: Vec2, filter: Filter) -> f32 {
-    let alpha = |[.., alpha]: [u8; 4]| decode_alpha(alpha);
+    let alpha = |[.., alpha]: [u16; 4]| decode_alpha(alpha);
     filtered(texture, uv, lod(texture, duvdx, duvdy), filter, alpha)
 }
 
 /// Level of detail, in `0..=n_levels - 1`: log2 of the longer footprint axis in texels.
 fn lod(texture: &Texture, duvdx: Vec2, duvdy: Vec2) -> f32 {
-    let levels = texture.mips.levels();
-    let size = Vec2::new(levels[0].width() as f32, levels[0].height() as f32);
+    let base = texture.mips.level(0);
+    let size = Vec2::new(base.width() as f32, base.height() as f32);
     let (x, y) = (duvdx * size, duvdy * size);
     let (x2, y2) = (x.x * x.x + x.y * x.y, y.x * y.x + y.y * y.y);
-    let coarsest = (levels.len() - 1) as f32;
+    let coarsest = (texture.mips.n_levels() - 1) as f32;
     let longer2 = if (x2 + y2).is_nan() { f32::INFINITY } else { max(x2, y2) };
     if longer2 <= 1.0 {
         return 0.0;
@@ -62,24 +62,24 @@ fn filtered<T>(
     uv: Vec2,
     lod: f32,
     filter: Filter,
-    decode: impl Fn([u8; 4]) -> T + Copy,
+    decode: impl Fn([u16; 4]) -> T + Copy,
 ) -> T
 where
     T: Copy + Add<Output = T> + Sub<Output = T> + Mul<f32, Output = T>,
 {
-    let levels = texture.mips.levels();
+    let mips = &texture.mips;
     let place = [fold(uv.x, texture.wrap[0]), fold(uv.y, texture.wrap[1])];
     match filter {
-        Filter::Nearest => nearest(&levels[nearest_level(lod)], texture.wrap, place, decode),
-        Filter::Bilinear => bilinear(&levels[nearest_level(lod)], texture.wrap, place, decode),
+        Filter::Nearest => nearest(&mips.level(nearest_level(lod)), texture.wrap, place, decode),
+        Filter::Bilinear => bilinear(&mips.level(nearest_level(lod)), texture.wrap, place, decode),
         Filter::Trilinear => {
             let finer = lod as usize; // within 0..n_levels
             let blend = lod - finer as f32;
-            let color = bilinear(&levels[finer], texture.wrap, place, decode);
+            let color = bilinear(&mips.level(finer), texture.wrap, place, decode);
             if blend == 0.0 {
                 return color;
             }
-            let coarser = bilinear(&levels[finer + 1], texture.wrap, place, decode);
+            let coarser = bilinear(&mips.level(finer + 1), texture.wrap, place, decode);
             mix(color, coarser, blend)
         }
     }
@@ -102,7 +102,12 @@ fn fold(u: f32, wrap: Wrap) -> f64 {
     if folded >= 0.0 { folded } else { 0.0 } // NaN, also from an infinity
 }
 
-fn nearest<T>(level: &Level, wrap: [Wrap; 2], place: [f64; 2], decode: impl Fn([u8; 4]) -> T) -> T {
+fn nearest<T>(
+    level: &Level<'_>,
+    wrap: [Wrap; 2],
+    place: [f64; 2],
+    decode: impl Fn([u16; 4]) -> T,
+) -> T {
     let column = nearest_texel(place[0], level.width(), wrap[0]);
     let row = nearest_texel(place[1], level.height(), wrap[1]);
     decode(level.texel(column, row))
@@ -115,7 +120,12 @@ fn nearest_texel(folded: f64, n: u32, wrap: Wrap) -> u32 {
     wrapped(if i < n_period { i } else { n_period - 1 }, n, wrap)
 }
 
-fn bilinear<T>(level: &Level, wrap: [Wrap; 2], place: [f64; 2], decode: impl Fn([u8; 4]) -> T) -> T
+fn bilinear<T>(
+    level: &Level<'_>,
+    wrap: [Wrap; 2],
+    place: [f64; 2],
+    decode: impl Fn([u16; 4]) -> T,
+) -> T
 where
     T: Copy + Add<Output = T> + Sub<Output = T> + Mul<f32, Output = T>,
 {
@@ -185,7 +195,7 @@ mod tests {
     #[track_caller]
     fn check_texel(wrap: Wrap, u: f32, expected: u32) {
         let texture = texture(4, 1, wrap, wrap);
-        let expected = decode(texture.mips.levels()[0].texel(expected, 0));
+        let expected = decode(texture.mips.level(0).texel(expected, 0));
         assert_eq!(magnified(&texture, u, 0.5, Filter::Nearest), expected, "{wrap:?} at {u}");
     }
 
@@ -224,7 +234,7 @@ mod tests {
             let texture = texture(8, 4, wrap, wrap);
             for (x, y) in (0..32).map(|i| (i % 8, i / 8)) {
                 let (u, v) = ((x as f32 + 0.5) / 8.0, (y as f32 + 0.5) / 4.0);
-                let expected = decode(texture.mips.levels()[0].texel(x, y));
+                let expected = decode(texture.mips.level(0).texel(x, y));
                 for filter in [Filter::Nearest, Filter::Bilinear, Filter::Trilinear] {
                     assert_eq!(magnified(&texture, u, v, filter), expected);
                 }

@@ -6,15 +6,16 @@
 //! there. Colours differ from the scalar sampler's by rounding alone.
 
 use cullet_scene::Wrap;
-use fearless_simd::{Simd, SimdCvtFloat, SimdCvtTruncate, f32x4, f32x8, f64x4, i32x8, prelude::*};
+use fearless_simd::{
+    Simd, SimdCvtFloat, SimdCvtTruncate, f32x4, f32x8, f64x4, i32x8, prelude::*, u16x8,
+};
 use glam::Vec4;
 
-use crate::srgb::Decoder;
-use crate::texture::{Level, Texture};
+use crate::texture::{Mips, STEP, Texture};
 
 /// Whether texel numbers fit the wide code: exact as f32, their products in i32.
 pub(crate) fn fits(texture: &Texture) -> bool {
-    let level = &texture.mips.levels()[0];
+    let level = texture.mips.level(0);
     let (width, height) = (u64::from(level.width()), u64::from(level.height()));
     width <= 1 << 22 && height <= 1 << 22 && width * height < 1 << 31
 }
@@ -31,13 +32,12 @@ pub(crate) struct Footprint8<S: Simd> {
 pub(crate) fn trilinear8<S: Simd>(
     simd: S,
     texture: &Texture,
-    decoder: &Decoder,
     footprint: &Footprint8<S>,
     n: usize,
     out: &mut [Vec4; 8],
 ) {
-    let levels = texture.mips.levels();
-    let lod = lod8(simd, levels, footprint);
+    let mips = &*texture.mips;
+    let lod = lod8(simd, mips, footprint);
     let finer = i32x8::truncate_from(lod);
     let blend = lod - f32x8::float_from(finer);
     let place = [
@@ -49,7 +49,7 @@ pub(crate) fn trilinear8<S: Simd>(
     let zero = f32x8::splat(simd, 0.0);
     if !blend.simd_gt(zero).any_true() {
         for (lane, out) in out.iter_mut().enumerate().take(n) {
-            *out = vec4(fine_taps.bilinear(simd, levels, decoder, lane, finer[lane]));
+            *out = vec4(fine_taps.bilinear(simd, mips, lane, finer[lane]));
         }
         return;
     }
@@ -57,9 +57,9 @@ pub(crate) fn trilinear8<S: Simd>(
     let coarse_taps = Taps8::new(simd, texture, place, coarser);
     let blend: [f32; 8] = blend.into();
     for (lane, out) in out.iter_mut().enumerate().take(n) {
-        let color = fine_taps.bilinear(simd, levels, decoder, lane, finer[lane]);
+        let color = fine_taps.bilinear(simd, mips, lane, finer[lane]);
         *out = vec4(if blend[lane] > 0.0 {
-            let coarser = coarse_taps.bilinear(simd, levels, decoder, lane, finer[lane] + 1);
+            let coarser = coarse_taps.bilinear(simd, mips, lane, finer[lane] + 1);
             color + (coarser - color) * blend[lane]
         } else {
             color
@@ -74,13 +74,14 @@ fn vec4<S: Simd>(v: f32x4<S>) -> Vec4 {
 
 /// Level of detail, in `0..=n_levels - 1`.
 #[inline(always)]
-fn lod8<S: Simd>(simd: S, levels: &[Level], footprint: &Footprint8<S>) -> f32x8<S> {
-    let (width, height) = (levels[0].width() as f32, levels[0].height() as f32);
+fn lod8<S: Simd>(simd: S, mips: &Mips, footprint: &Footprint8<S>) -> f32x8<S> {
+    let base = mips.level(0);
+    let (width, height) = (base.width() as f32, base.height() as f32);
     let [xu, xv] = [footprint.ddx[0] * width, footprint.ddx[1] * height];
     let [yu, yv] = [footprint.ddy[0] * width, footprint.ddy[1] * height];
     let (x2, y2) = (xu * xu + xv * xv, yu * yu + yv * yv);
     let (zero, one) = (f32x8::splat(simd, 0.0), f32x8::splat(simd, 1.0));
-    let coarsest = f32x8::splat(simd, (levels.len() - 1) as f32);
+    let coarsest = f32x8::splat(simd, (mips.n_levels() - 1) as f32);
     let longer2 = x2.simd_gt(y2).select(x2, y2);
     let lod = log2_8(longer2) * 0.5;
     let lod = lod.simd_lt(coarsest).select(lod, coarsest);
@@ -148,13 +149,13 @@ struct Taps8<S: Simd> {
 impl<S: Simd> Taps8<S> {
     #[inline(always)]
     fn new(simd: S, texture: &Texture, place: [F64x8<S>; 2], level: i32x8<S>) -> Self {
-        let base = &texture.mips.levels()[0];
+        let base = texture.mips.level(0);
         let (columns, rows) = (side(simd, base.width(), level), side(simd, base.height(), level));
         let (left, right, x) = neighbours8(simd, place[0], columns, texture.wrap[0]);
         let (upper, lower, y) = neighbours8(simd, place[1], rows, texture.wrap[1]);
         Taps8 {
-            above: (upper * columns + left).into(),
-            below: (lower * columns + left).into(),
+            above: (upper * (columns + 1) + left).into(),
+            below: (lower * (columns + 1) + left).into(),
             step: (right - left).into(),
             x: x.into(),
             y: y.into(),
@@ -164,34 +165,24 @@ impl<S: Simd> Taps8<S> {
 
     /// The colour of one of the places.
     #[inline(always)]
-    fn bilinear(
-        &self,
-        simd: S,
-        levels: &[Level],
-        decoder: &Decoder,
-        lane: usize,
-        level: i32,
-    ) -> f32x4<S> {
-        let texels = levels[level as usize].texels();
+    fn bilinear(&self, simd: S, mips: &Mips, lane: usize, level: i32) -> f32x4<S> {
+        let texels = mips.all_texels().as_chunks().0;
+        let first = mips.first_texel(level as usize);
         let step = self.step[lane];
-        let upper = decoder.pair(simd, pair(texels, self.above[lane], step));
-        let lower = decoder.pair(simd, pair(texels, self.below[lane], step));
+        let upper = pair(simd, texels, first + self.above[lane] as usize, step);
+        let lower = pair(simd, texels, first + self.below[lane] as usize, step);
         let (left, right) = (upper + (lower - upper) * self.y[lane]).split();
-        left + (right - left) * self.x[lane]
+        (left + (right - left) * self.x[lane]) * STEP
     }
 }
 
 /// A texel and the one `step` behind it.
 #[inline(always)]
-fn pair(texels: &[[u8; 4]], first: i32, step: i32) -> [u8; 8] {
-    let i = first as usize;
-    let neighbours = if step == 1 {
-        [texels[i], texels[i + 1]]
-    } else {
-        [texels[i], texels[(first + step) as usize]]
-    };
-    let [[a, b, c, d], [e, f, g, h]] = neighbours;
-    [a, b, c, d, e, f, g, h]
+fn pair<S: Simd>(simd: S, texels: &[[u16; 4]], first: usize, step: i32) -> f32x8<S> {
+    let [a, b, c, d] = texels[first];
+    let [e, f, g, h] = texels[(first as i32 + step) as usize];
+    let (left, right) = u16x8::simd_from(simd, [a, b, c, d, e, f, g, h]).widen();
+    f32x8::float_from(left.combine(right))
 }
 
 /// Texels along one axis of each level; see [`crate::texture`].

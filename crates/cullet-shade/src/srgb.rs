@@ -11,46 +11,11 @@
 
 use std::sync::LazyLock;
 
-use fearless_simd::{Simd, f32x8, prelude::*};
-
 use crate::select::clamp;
 
 /// Linear light of each 8-bit code, rounded once from the f64 curve.
 pub static DECODE: LazyLock<[f32; 256]> =
     LazyLock::new(|| std::array::from_fn(|code| decode_exact(code as f64 / 255.0) as f32));
-
-/// Alpha of each 8-bit code.
-static ALPHA: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|a| a as f32 / 255.0));
-
-/// Decodes texels by table: what is looked up once per run, so that no pixel asks whether the
-/// tables have been made.
-pub(crate) struct Decoder {
-    linear: &'static [f32; 256],
-    alpha: &'static [f32; 256],
-}
-
-impl Decoder {
-    pub fn new() -> Decoder {
-        Decoder { linear: &DECODE, alpha: &ALPHA }
-    }
-
-    /// Linear RGBA of two texels.
-    #[inline(always)]
-    pub fn pair<S: Simd>(&self, simd: S, [r, g, b, a, r2, g2, b2, a2]: [u8; 8]) -> f32x8<S> {
-        let Decoder { linear, alpha } = *self;
-        let channels = [
-            linear[usize::from(r)],
-            linear[usize::from(g)],
-            linear[usize::from(b)],
-            alpha[usize::from(a)],
-            linear[usize::from(r2)],
-            linear[usize::from(g2)],
-            linear[usize::from(b2)],
-            alpha[usize::from(a2)],
-        ];
-        f32x8::simd_from(simd, channels)
-    }
-}
 
 /// Linear light, in `[0, 1]`, of an 8-bit code.
 pub fn decode8(code: u8) -> f32 {
