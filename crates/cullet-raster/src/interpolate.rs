@@ -69,7 +69,7 @@ impl Interpolator {
 
     /// The screen point `(x, y, 1)` is a combination of the corners' `(X, Y, w)`; its
     /// coefficients, by Cramer's rule, are the wanted shares over w.
-    fn homogeneous(viewport: Viewport, corners: &[ClipPoint; 3]) -> Self {
+    pub(crate) fn homogeneous(viewport: Viewport, corners: &[ClipPoint; 3]) -> Self {
         let (width, height) = (f64::from(viewport.width()), f64::from(viewport.height()));
         // Pixels from the middle of the picture, times w.
         let [a, b, c] = corners.map(|p| DVec3::new(0.5 * width * p.x, -0.5 * height * p.y, p.w));

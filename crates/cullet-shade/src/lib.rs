@@ -24,15 +24,15 @@ pub mod sampler;
 pub mod srgb;
 pub mod surface;
 pub mod texture;
+pub mod wide;
 
 mod light;
-mod sampler8;
 mod select;
 #[cfg(test)]
 mod testing;
 
 pub use fearless_simd::Level as SimdLevel;
-pub use kernel::{Kernel, Look, Triangle, alpha, base_color, kernel_for};
+pub use kernel::{Look, Triangle, alpha, base_color, shade};
 pub use light::{Light, LightError};
 pub use needs::{Needs, Shading};
 pub use sampler::{Filter, sample, sample_alpha};

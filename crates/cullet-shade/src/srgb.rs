@@ -3,13 +3,15 @@
 //! Decoding looks up one of 256 floats. Encoding to 8 bits asks for the number of
 //! thresholds at or below a value, where threshold `k` is the smallest f32 that the exact
 //! curve rounds to code `k`: the leading bits of the float say where to start counting,
-//! and they are fine enough that one comparison finishes. So the fast encoder *is* the
-//! rounded exact curve, for every f32.
+//! and they are fine enough that one more step finishes, which is a carry. So the fast encoder
+//! *is* the rounded exact curve, for every f32.
 //!
 //! Values are linear or encoded in `[0, 1]`; alpha never passes through here.
 //! Source: IEC 61966-2-1:1999, the transfer function with its printed constants.
 
 use std::sync::LazyLock;
+
+use fearless_simd::{Simd, f32x8, prelude::*, u32x8};
 
 use crate::select::clamp;
 
@@ -26,17 +28,8 @@ pub fn decode8(code: u8) -> f32 {
 ///
 /// NaN and everything up to 0 give 0; everything from 1 up, infinity included, gives 255.
 pub fn encode8(linear: f32) -> u8 {
-    let encoder = &*ENCODER;
-    if linear >= 1.0 {
-        return 255;
-    }
-    let above_black = linear >= encoder.thresholds[1]; // false for NaN
-    if !above_black {
-        return 0;
-    }
-    let bucket = (linear.to_bits() >> BUCKET_SHIFT) - FIRST_BUCKET;
-    let code = encoder.first_code[bucket as usize];
-    code + u8::from(linear >= encoder.thresholds[usize::from(code) + 1])
+    let bits = clamp(linear, SMALLEST, 1.0).to_bits();
+    encoder().code(bits) as u8
 }
 
 /// The 16-bit code nearest to the exact curve; ends and NaN as in [`encode8`].
@@ -81,28 +74,64 @@ const FIRST_BUCKET: u32 = (127 - 13) << (23 - BUCKET_SHIFT);
 /// Thirteen octaves, up to 1.
 const N_BUCKETS: usize = 13 << (23 - BUCKET_SHIFT);
 
-struct Encoder {
-    /// `thresholds[k]`: the smallest f32 whose nearest code is `k`. The first is unused; a
-    /// last one, never reached, spares the comparison a bound.
-    thresholds: [f32; 257],
-    /// Code of the smallest float in each bucket.
-    first_code: [u8; N_BUCKETS],
+/// The start of the first bucket.
+const SMALLEST: f32 = 1.0 / 8192.0;
+
+/// For each bucket the code of its smallest float in the upper half, and in the lower one what is
+/// missing for a carry there from the first float of the next code on: the sum with the low
+/// bits of a float has the float's code in its upper half.
+pub(crate) struct Encoder {
+    buckets: [u32; 2048], // what lies beyond 1 is never used, and spares a bounds check
 }
 
 static ENCODER: LazyLock<Encoder> = LazyLock::new(|| Encoder {
-    thresholds: std::array::from_fn(|code| match code {
-        0 => 0.0,
-        256 => f32::INFINITY,
-        _ => smallest_with_code(code as u8),
-    }),
-    first_code: std::array::from_fn(|bucket| {
-        encode8_exact(f32::from_bits((FIRST_BUCKET + bucket as u32) << BUCKET_SHIFT))
+    buckets: std::array::from_fn(|bucket| {
+        let first = (FIRST_BUCKET + bucket.min(N_BUCKETS) as u32) << BUCKET_SHIFT;
+        let last = first + (1 << BUCKET_SHIFT) - 1;
+        let code = |bits: u32| u32::from(encode8_exact(f32::from_bits(bits)));
+        let next = code(first) + 1;
+        let missing = if bucket < N_BUCKETS && code(last) == next {
+            (1 << BUCKET_SHIFT) - (smallest_with_code(next as u8, first, last) - first)
+        } else {
+            0
+        };
+        (code(first) << BUCKET_SHIFT) + missing
     }),
 });
 
-/// Positive floats order like their bits, so the threshold is found by bisection.
-fn smallest_with_code(code: u8) -> f32 {
-    let (mut below, mut reached) = (0, 1.0_f32.to_bits());
+/// The table, for whoever has many colours to encode.
+pub(crate) fn encoder() -> &'static Encoder {
+    &ENCODER
+}
+
+impl Encoder {
+    /// The code of a float in [`SMALLEST`]`..=1`, by its bits.
+    #[inline(always)]
+    fn code(&self, bits: u32) -> u32 {
+        let bucket = (bits >> BUCKET_SHIFT).wrapping_sub(FIRST_BUCKET);
+        (self.buckets[bucket as usize % 2048] + (bits & 0xffff)) >> BUCKET_SHIFT
+    }
+
+    /// [`encode8`] of eight values.
+    #[inline(always)]
+    pub fn encode8<S: Simd>(&self, simd: S, linear: f32x8<S>) -> u32x8<S> {
+        let (low, high) = (f32x8::splat(simd, SMALLEST), f32x8::splat(simd, 1.0));
+        let inside = linear.simd_gt(low).select(linear, low); // NaN is low
+        let inside = inside.simd_lt(high).select(inside, high);
+        let bits = inside.bitcast::<u32x8<S>>();
+        let buckets: [u32; 8] = ((bits >> BUCKET_SHIFT) - FIRST_BUCKET).into();
+        let mut sums = [0; 8];
+        for lane in 0..8 {
+            sums[lane] = self.buckets[buckets[lane] as usize % 2048];
+        }
+        (u32x8::simd_from(simd, sums) + (bits & 0xffff)) >> BUCKET_SHIFT
+    }
+}
+
+/// Between two floats, both by their bits, the first below. Positive floats order like their bits,
+/// so it is found by bisection.
+fn smallest_with_code(code: u8, below: u32, reached: u32) -> u32 {
+    let (mut below, mut reached) = (below, reached);
     while reached - below > 1 {
         let middle = below + (reached - below) / 2;
         if encode8_exact(f32::from_bits(middle)) >= code {
@@ -111,13 +140,20 @@ fn smallest_with_code(code: u8) -> f32 {
             below = middle;
         }
     }
-    f32::from_bits(reached)
+    reached
 }
 
 #[cfg(test)]
 mod tests {
+    use fearless_simd::dispatch;
+
     use super::*;
     use crate::testing::Random;
+
+    /// The bits of the smallest float of a code.
+    fn threshold(code: u8) -> u32 {
+        smallest_with_code(code, 0, 1.0_f32.to_bits())
+    }
 
     #[track_caller]
     fn check(linear: f32) {
@@ -127,7 +163,7 @@ mod tests {
     #[test]
     fn fast_and_exact_agree_around_every_threshold() {
         for code in 1..=255 {
-            let threshold = smallest_with_code(code).to_bits();
+            let threshold = threshold(code);
             (threshold - 4..=threshold + 4).for_each(|bits| check(f32::from_bits(bits)));
             assert_eq!(encode8(f32::from_bits(threshold)), code);
             assert_eq!(encode8(f32::from_bits(threshold - 1)), code - 1);
@@ -137,7 +173,7 @@ mod tests {
     #[test]
     fn no_float_is_near_a_tie() {
         for code in 1..=255 {
-            let threshold = smallest_with_code(code).to_bits();
+            let threshold = threshold(code);
             for linear in [threshold - 1, threshold].map(f32::from_bits) {
                 let exact = encode_exact(f64::from(linear)) * 255.0;
                 assert!((exact - (f64::from(code) - 0.5)).abs() > 1e-12, "code {code}");
@@ -159,6 +195,29 @@ mod tests {
         for _ in 0..500_000 {
             check(random.unit());
             check(f32::from_bits(random.bits()));
+        }
+    }
+
+    /// The codes of eight numbers by each instruction set.
+    fn wide(linear: [f32; 8]) -> Vec<[u32; 8]> {
+        #[inline(always)]
+        fn eight<S: Simd>(simd: S, linear: [f32; 8]) -> [u32; 8] {
+            encoder().encode8(simd, f32x8::simd_from(simd, linear)).into()
+        }
+        let levels = crate::testing::levels().into_iter();
+        levels.map(|(_, level)| dispatch!(level, simd => eight(simd, linear))).collect()
+    }
+
+    #[test]
+    fn eight_are_one_by_one() {
+        let mut random = Random::new(2);
+        for i in 0..100_000 {
+            let mut linear: [f32; 8] = std::array::from_fn(|_| f32::from_bits(random.bits()));
+            linear[i % 8] = random.unit();
+            let code = threshold((1 + i % 255) as u8);
+            linear[(i + 3) % 8] = f32::from_bits(code - (i as u32 / 255) % 2);
+            let codes = linear.map(|linear| u32::from(encode8(linear)));
+            assert!(wide(linear).iter().all(|wide| *wide == codes), "{linear:?}");
         }
     }
 

@@ -7,9 +7,10 @@
 //! Texels are linear light, RGBA, 16 bits a channel, alpha straight: so they blend as they are,
 //! and two neighbours are one load of 16 bytes. Level 0 is the image within half a step
 //! (1 / 131070, a fortieth of an 8-bit code where codes are closest), and each level adds at most
-//! half a step by rounding its averages. Rows are one texel wider than the picture and
-//! there is one row more, the first ones again: the right and lower neighbours of the last texel
-//! where the picture repeats.
+//! half a step by rounding its averages. After the last texel of a row and after the last row come
+//! the first ones again: the right and lower neighbours where the picture repeats. Rows are an
+//! odd number of cache lines apart, so that those above each other do not compete for the same
+//! places in a cache.
 //!
 //! Source: Williams, "Pyramidal Parametrics", SIGGRAPH 1983; the weights for odd sides
 //! follow from areas, see `Taps`.
@@ -17,6 +18,7 @@
 use std::sync::{Arc, LazyLock};
 
 use cullet_scene::{Image, Sampler, Wrap};
+use fearless_simd::{Level as SimdLevel, Simd, dispatch, prelude::*, u16x8, u32x4};
 use glam::Vec4;
 
 use crate::srgb;
@@ -117,9 +119,10 @@ impl Mips {
         &self.texels
     }
 
-    /// Where the texels of level `i` begin in [`Mips::all_texels`], counted in texels.
-    pub(crate) fn first_texel(&self, i: usize) -> usize {
-        self.sizes[i].first / 4
+    /// Where the texels of level `i` begin in [`Mips::all_texels`], and how far its rows are
+    /// apart, counted in texels.
+    pub(crate) fn layout(&self, i: usize) -> (usize, usize) {
+        (self.sizes[i].first / 4, row_len(self.sizes[i].width))
     }
 }
 
@@ -138,20 +141,26 @@ impl Level<'_> {
     #[inline]
     pub fn texel(&self, x: u32, y: u32) -> [u16; 4] {
         debug_assert!(x < self.width && y < self.height, "texel {x}, {y} outside");
-        self.texels.as_chunks().0[y as usize * (self.width as usize + 1) + x as usize]
+        self.texels.as_chunks().0[y as usize * row_len(self.width) + x as usize]
     }
 }
 
 impl Size {
     /// Channels in a row, its first texel twice.
     fn row_len(&self) -> usize {
-        4 * (self.width as usize + 1)
+        4 * row_len(self.width)
     }
 
     /// Channels of all rows, the first one twice.
     fn len(&self) -> usize {
         self.row_len() * (self.height as usize + 1)
     }
+}
+
+/// Texels from a row to the next, of a level `width` texels wide.
+fn row_len(width: u32) -> usize {
+    let lines = (width as usize + 1).div_ceil(8); // of 64 bytes
+    8 * (lines | 1)
 }
 
 /// Linear RGBA of a texel, each channel in `[0, 1]`; exactly 1 for 65535.
@@ -195,7 +204,7 @@ fn decode_image(image: &[[u8; 4]], size: Size, level: &mut [u16]) {
     let rows = image.chunks_exact(size.width as usize);
     for (row, out) in rows.zip(level.chunks_exact_mut(size.row_len())) {
         for (&[r, g, b, a], out) in row.iter().zip(out.as_chunks_mut().0) {
-            let [r, g, b] = [r, g, b].map(|code| linear[usize::from(code)]);
+            let (r, g, b) = (linear[r as usize], linear[g as usize], linear[b as usize]);
             *out = [r, g, b, u16::from(a) * 257];
         }
     }
@@ -206,7 +215,7 @@ fn repeat_ends(size: Size, level: &mut [u16]) {
     let len = size.row_len();
     let rows = size.height as usize;
     for row in level[..rows * len].chunks_exact_mut(len) {
-        row.copy_within(..4, len - 4);
+        row.copy_within(..4, 4 * size.width as usize);
     }
     level.copy_within(..len, rows * len);
 }
@@ -216,15 +225,7 @@ fn halve(source: Size, texels: &[u16], size: Size, level: &mut [u16]) {
     let sides = [source.width, source.height];
     let (from, to) = (source.row_len(), size.row_len());
     if sides.iter().all(|side| side.is_multiple_of(2)) {
-        let pairs = texels[..source.height as usize * from].chunks_exact(2 * from);
-        for (pair, out) in pairs.zip(level.chunks_exact_mut(to)) {
-            let (upper, lower) = pair.split_at(from);
-            let pairs = upper.as_chunks().0.iter().zip(lower.as_chunks().0);
-            for ((upper, lower), out) in pairs.zip(out.as_chunks_mut().0) {
-                *out = quarter(upper, lower);
-            }
-        }
-        return;
+        return dispatch!(SimdLevel::new(), simd => quarter_all(simd, source, texels, size, level));
     }
     let columns: Vec<Taps> = (0..size.width).map(|x| Taps::new(source.width, x)).collect();
     let mut blended = vec![Vec4::ZERO; source.width as usize];
@@ -241,15 +242,35 @@ fn halve(source: Size, texels: &[u16], size: Size, level: &mut [u16]) {
     }
 }
 
+/// [`halve`] of a level with even sides: averages of two by two texels.
+#[inline(always)]
+fn quarter_all<S: Simd>(simd: S, source: Size, texels: &[u16], size: Size, level: &mut [u16]) {
+    let (from, to) = (source.row_len(), size.row_len());
+    let pairs = texels[..source.height as usize * from].chunks_exact(2 * from);
+    for (pair, out) in pairs.zip(level.chunks_exact_mut(to)) {
+        let (upper, lower) = pair.split_at(from);
+        let (twos, rest) = out[..4 * size.width as usize].as_chunks_mut::<8>();
+        let fours = upper.as_chunks::<16>().0.iter().zip(lower.as_chunks::<16>().0);
+        for ((upper, lower), out) in fours.zip(twos) {
+            let first = quarter(simd, &upper[..8], &lower[..8]);
+            let second = quarter(simd, &upper[8..], &lower[8..]);
+            *out = first.narrow(second).into();
+        }
+        if let [r, g, b, a] = rest {
+            let last = 8 * (size.width as usize - 1);
+            let one = quarter(simd, &upper[last..last + 8], &lower[last..last + 8]);
+            let one: [u16; 8] = one.narrow(one).into();
+            [*r, *g, *b, *a] = [one[0], one[1], one[2], one[3]];
+        }
+    }
+}
+
 /// The average of four texels, halves up.
 #[inline(always)]
-fn quarter(upper: &[u16; 8], lower: &[u16; 8]) -> [u16; 4] {
-    let mut out = [0; 4];
-    for (i, out) in out.iter_mut().enumerate() {
-        let [a, b, c, d] = [upper[i], upper[i + 4], lower[i], lower[i + 4]].map(u32::from);
-        *out = ((a + b + c + d + 2) >> 2) as u16;
-    }
-    out
+fn quarter<S: Simd>(simd: S, upper: &[u16], lower: &[u16]) -> u32x4<S> {
+    let (a, b) = u16x8::from_slice(simd, upper).widen();
+    let (c, d) = u16x8::from_slice(simd, lower).widen();
+    (a + b + c + d + 2) >> 2
 }
 
 /// The source texels, along one axis, that a texel of the next level covers.
@@ -332,11 +353,11 @@ mod tests {
     fn rows_and_columns_begin_again_at_their_ends() {
         let mips = Mips::new(noise(6, 5, 1));
         for level in mips.levels() {
-            let rows: Vec<&[u16]> =
-                level.texels.chunks_exact(4 * (level.width as usize + 1)).collect();
+            let rows: Vec<&[u16]> = level.texels.chunks_exact(4 * row_len(level.width)).collect();
             assert_eq!(rows.len(), level.height as usize + 1);
             assert_eq!(rows[0], rows[rows.len() - 1]);
-            assert!(rows.iter().all(|row| row[..4] == row[row.len() - 4..]));
+            let end = 4 * level.width as usize;
+            assert!(rows.iter().all(|row| row[..4] == row[end..end + 4]));
         }
     }
 

@@ -75,42 +75,44 @@ impl Frame {
         refill(&mut self.triangle, triangle, 0);
     }
 
-    /// Splits the pictures into bands of `rows` rows each.
-    pub(crate) fn bands(&mut self, rows: usize) -> Vec<Band<'_>> {
-        let width = self.width as usize;
-        let n_bands = (self.height as usize).div_ceil(rows);
-        let mut rgba8 = split(&mut self.rgba8, width * rows);
-        let mut linear = split(&mut self.linear, width * rows);
-        let mut depth = split(&mut self.depth, width * rows);
-        let mut normal = split(&mut self.normal, width * rows);
-        let mut albedo = split(&mut self.albedo, width * rows);
-        let mut uv = split(&mut self.uv, width * rows);
-        let mut position = split(&mut self.position, width * rows);
-        let mut id = split(&mut self.id, width * rows);
-        let mut triangle = split(&mut self.triangle, width * rows);
-        let band = |i: usize| Band {
-            first_row: i * rows,
-            rows: rows.min(self.height as usize - i * rows),
-            width,
-            rgba8: rgba8(),
-            linear: linear(),
-            depth: depth(),
-            normal: normal(),
-            albedo: albedo(),
-            uv: uv(),
-            position: position(),
-            id: id(),
-            triangle: triangle(),
+    /// Splits the pictures into bands of `rows` rows each, the first of `first_rows`.
+    pub(crate) fn bands(&mut self, first_rows: usize, rows: usize) -> Vec<Band<'_>> {
+        let (width, height) = (self.width as usize, self.height as usize);
+        let mut rest = Target {
+            stride: width,
+            rgba8: &mut self.rgba8,
+            linear: &mut self.linear,
+            depth: &mut self.depth,
+            normal: &mut self.normal,
+            albedo: &mut self.albedo,
+            uv: &mut self.uv,
+            position: &mut self.position,
+            id: &mut self.id,
+            triangle: &mut self.triangle,
         };
-        (0..n_bands).map(band).collect()
+        let (mut bands, mut first_row) = (Vec::new(), 0);
+        while first_row < height {
+            let wanted = if first_row == 0 { first_rows } else { rows };
+            let rows = wanted.min(height - first_row);
+            let (target, below) = rest.split_at(rows * width);
+            bands.push(Band { first_row, rows, target });
+            (rest, first_row) = (below, first_row + rows);
+        }
+        bands
     }
 }
 
-/// Some rows of a frame; absent passes are empty.
+/// Some rows of a frame.
 pub(crate) struct Band<'a> {
     pub first_row: usize,
     pub rows: usize,
-    pub width: usize,
+    pub target: Target<'a>,
+}
+
+/// Where the pictures of a rectangle go: each begins at its upper left pixel, and a row is `stride`
+/// pixels after the one above. Absent passes are empty.
+pub(crate) struct Target<'a> {
+    pub stride: usize,
     pub rgba8: &'a mut [[u8; 4]],
     pub linear: &'a mut [Vec4],
     pub depth: &'a mut [f32],
@@ -122,13 +124,44 @@ pub(crate) struct Band<'a> {
     pub triangle: &'a mut [u32],
 }
 
+impl<'a> Target<'a> {
+    /// Up to pixel `at` and from there on.
+    fn split_at(self, at: usize) -> (Target<'a>, Target<'a>) {
+        let (rgba8, rgba8_rest) = split(self.rgba8, at);
+        let (linear, linear_rest) = split(self.linear, at);
+        let (depth, depth_rest) = split(self.depth, at);
+        let (normal, normal_rest) = split(self.normal, at);
+        let (albedo, albedo_rest) = split(self.albedo, at);
+        let (uv, uv_rest) = split(self.uv, at);
+        let (position, position_rest) = split(self.position, at);
+        let (id, id_rest) = split(self.id, at);
+        let (triangle, triangle_rest) = split(self.triangle, at);
+        let stride = self.stride;
+        let before =
+            Target { stride, rgba8, linear, depth, normal, albedo, uv, position, id, triangle };
+        let rest = Target {
+            stride,
+            rgba8: rgba8_rest,
+            linear: linear_rest,
+            depth: depth_rest,
+            normal: normal_rest,
+            albedo: albedo_rest,
+            uv: uv_rest,
+            position: position_rest,
+            id: id_rest,
+            triangle: triangle_rest,
+        };
+        (before, rest)
+    }
+}
+
 fn refill<T: Copy>(buffer: &mut Vec<T>, len: usize, value: T) {
     buffer.clear();
     buffer.resize(len, value);
 }
 
-/// Hands out one chunk per call, and empty slices once there is nothing (left).
-fn split<'a, T>(buffer: &'a mut [T], len: usize) -> impl FnMut() -> &'a mut [T] {
-    let mut chunks = buffer.chunks_mut(len.max(1));
-    move || chunks.next().unwrap_or_default()
+/// Two empty parts of a picture that is not there.
+fn split<T>(buffer: &mut [T], at: usize) -> (&mut [T], &mut [T]) {
+    let at = at.min(buffer.len());
+    buffer.split_at_mut(at)
 }

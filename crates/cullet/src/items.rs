@@ -3,7 +3,7 @@
 use cullet_cull::Aabb;
 use cullet_raster::Facing;
 use cullet_scene::{AlphaMode, Material, Mesh, Object};
-use cullet_shade::{Kernel, Needs, Shading, kernel_for, mirrors, normal_matrix};
+use cullet_shade::{Needs, Shading, mirrors, normal_matrix};
 use cullet_transform::View;
 use glam::{DAffine3, Mat3};
 
@@ -32,8 +32,8 @@ pub struct Item {
     pub facing: Facing,
     /// Samples must be asked whether they are there.
     pub masked: bool,
-    lambert: Kernel,
-    unlit: Kernel,
+    lambert: Needs,
+    unlit: Needs,
 }
 
 impl Item {
@@ -50,7 +50,6 @@ impl Item {
             (false, false) => Facing::CounterClockwise,
             (false, true) => Facing::Clockwise,
         };
-        let kernel = |shading| kernel_for(Needs::of(mesh, material, shading));
         Item {
             first_triangle,
             n_triangles: mesh.triangles.len() as u32,
@@ -63,8 +62,8 @@ impl Item {
             mirrored,
             facing,
             masked: matches!(material.alpha, AlphaMode::Mask { .. }),
-            lambert: kernel(Shading::Lambert),
-            unlit: kernel(Shading::Unlit),
+            lambert: Needs::of(mesh, material, Shading::Lambert),
+            unlit: Needs::of(mesh, material, Shading::Unlit),
         }
     }
 
@@ -79,8 +78,8 @@ impl Item {
         self.bounds_model.transformed(&view.relative_from_model(&self.world_from_model))
     }
 
-    /// The kernel that colours this object.
-    pub fn kernel(&self, shading: Shading) -> Kernel {
+    /// What its colours need.
+    pub fn needs(&self, shading: Shading) -> Needs {
         match shading {
             Shading::Lambert => self.lambert,
             Shading::Unlit => self.unlit,

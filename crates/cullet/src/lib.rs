@@ -35,6 +35,7 @@ mod screen_box;
 mod settings;
 mod shading;
 mod stats;
+mod tile_shader;
 mod tiles;
 mod visibility;
 mod visible_clusters;

@@ -55,6 +55,12 @@ impl Passes {
         Passes(self.0 | 1 << pass as u8)
     }
 
+    /// What is in this set and not in `other`.
+    #[must_use]
+    pub(crate) const fn without(self, other: Passes) -> Passes {
+        Passes(self.0 & !other.0)
+    }
+
     /// Whether `pass` is wanted.
     pub const fn contains(self, pass: Pass) -> bool {
         self.0 & (1 << pass as u8) != 0

@@ -5,12 +5,12 @@
 //! their derivatives from geometry in view space. Where the two pictures differ, one is wrong.
 
 use cullet_cull::{Aabb, Ray, ray_aabb, ray_triangle};
-use cullet_raster::{Facing, Fragment, Pixels, snap};
+use cullet_raster::{Facing, Fragment, snap};
 use cullet_transform::{ClipPoint, Kind, PlaneMask, View, Window};
 use glam::{DMat4, DVec3, Vec3};
 
 use crate::settings::SUBPIXEL_BITS;
-use crate::shading::{Emit, Run, Visible, VisibleTriangle};
+use crate::shading::{Emit, Places, Run, VisibleTriangle};
 use crate::{Item, Prepared, Region, Settings};
 
 /// Triangles in view space under a tree of boxes.
@@ -113,13 +113,14 @@ impl<'a> Raycaster<'a> {
     }
 }
 
-impl Visible for Raycaster<'_> {
-    fn scan<'a>(&'a self, region: Region, emit: &mut Emit<'_, 'a>) {
+impl Raycaster<'_> {
+    /// Finds what the pixels of `region` show, row by row.
+    pub(crate) fn scan<'a>(&'a self, region: Region, emit: &mut Emit<'_, 'a>) {
         for y in region.y..region.y + region.height {
             for x in region.x..region.x + region.width {
                 if let Some(hit) = self.cast(x, y) {
-                    let pixels = Pixels::Each(std::slice::from_ref(&hit.fragment));
-                    emit(Run { x, y, len: 1, pixels }, &hit.triangle);
+                    let places = Places::One(&hit.fragment);
+                    emit(Run { x, y, len: 1, places }, &hit.triangle);
                 }
             }
         }

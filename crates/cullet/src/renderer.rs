@@ -2,16 +2,16 @@
 
 use std::time::Instant;
 
-use cullet_raster::{NO_TRIANGLE, Samples, TileBuffer};
+use cullet_raster::{BLOCK, NO_TRIANGLE, Samples, TileBuffer};
 use cullet_transform::{PlaneMask, View};
 
 use crate::bins::{Bins, Grid};
 use crate::culling::cull;
 use crate::raycast::Raycaster;
 use crate::schedule::{for_each_with, thread_count};
-use crate::shading::{Shaded, shade};
+use crate::shading::{Scene, Shaded, encode_linear, fill_background, shade_bands, shade_run};
+use crate::tile_shader::{ShadeScratch, TileShader};
 use crate::tiles::{TileDrawer, TileScratch};
-use crate::visibility::VisibilityBuffer;
 use crate::visible_clusters::VisibleClusters;
 use crate::{Frame, FrameStats, Prepared, Region, RendererKind, Settings};
 
@@ -25,7 +25,11 @@ pub struct Renderer {
     bins: Bins,
     /// By thread.
     tiles: Vec<TileScratch>,
+    shading: Vec<ShadeScratch>,
 }
+
+/// Rows per job of the ray caster.
+const CAST_ROWS: u32 = 16;
 
 impl Renderer {
     /// Draws `prepared` as `view` sees it into `frame`. Cannot fail.
@@ -47,25 +51,40 @@ impl Renderer {
         let shaded = match settings.renderer {
             RendererKind::Raster => {
                 self.raster(prepared, view, settings, threads, region, &mut stats);
-                let visible = VisibilityBuffer {
-                    prepared,
-                    view,
-                    planes: &self.planes,
-                    region,
-                    ids: &self.ids,
-                };
-                shade(&visible, view, settings, threads, region, frame)
+                if self.shading.len() < threads {
+                    self.shading.resize_with(threads, ShadeScratch::default);
+                }
+                let scene = Scene { prepared, view, settings, planes: &self.planes };
+                let (ids, stride) = (&self.ids, region.width as usize);
+                let scratch = &mut self.shading[..threads];
+                scratch.iter_mut().for_each(ShadeScratch::begin);
+                shade_bands(scratch, region, frame, BLOCK, |scratch, rect, out| {
+                    let ids = &ids[(rect.y - region.y) as usize * stride..];
+                    TileShader::new(scene, scratch).tile(rect, ids, stride, out)
+                })
             }
             RendererKind::Raycast { snapped } => {
                 let start = Instant::now();
+                let scene = Scene { prepared, view, settings, planes: &self.planes };
                 let caster = Raycaster::new(prepared, view, settings, &self.planes, snapped);
                 stats.stages.geometry = start.elapsed();
-                shade(&caster, view, settings, threads, region, frame)
+                let mut threads = vec![(); threads];
+                shade_bands(&mut threads, region, frame, CAST_ROWS, |(), rect, out| {
+                    let mut n_pixels = 0;
+                    fill_background(settings, rect, out);
+                    caster.scan(rect, &mut |run, triangle| {
+                        n_pixels += run.len as u64;
+                        let (row, column) = ((run.y - rect.y) as usize, (run.x - rect.x) as usize);
+                        let start = row * out.stride + column;
+                        shade_run(&scene, out, start, triangle, &run, true);
+                    });
+                    encode_linear(rect, out);
+                    n_pixels
+                })
             }
         };
-        let Shaded { n_pixels, shade, resolve } = shaded;
-        (stats.pixels_shaded, stats.stages.shade, stats.stages.resolve) =
-            (n_pixels, shade, resolve);
+        let Shaded { n_pixels, shade } = shaded;
+        (stats.pixels_shaded, stats.stages.shade) = (n_pixels, shade);
         stats.scratch_bytes = self.scratch_bytes();
         stats.total = start.elapsed();
         stats
@@ -138,7 +157,9 @@ impl Renderer {
     fn scratch_bytes(&self) -> u64 {
         let tiles: usize = self.tiles.iter().map(TileScratch::bytes).sum();
         let lists = self.clusters.bytes() + self.bins.bytes();
-        (size_of_val(&self.ids[..]) + size_of_val(&self.planes[..]) + lists + tiles) as u64
+        let shading: usize = self.shading.iter().map(ShadeScratch::bytes).sum();
+        let pixels = size_of_val(&self.ids[..]) + size_of_val(&self.planes[..]);
+        (pixels + lists + tiles + shading) as u64
     }
 }
 

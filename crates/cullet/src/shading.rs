@@ -1,23 +1,36 @@
-//! From visible triangles to pixels: the second half of a frame.
-//!
-//! The rasterizer and the ray caster both end here, so they differ in what they find visible
-//! and nowhere else.
+//! From visible triangles to pixels, one after the other: what passes other than colours take,
+//! and all that the ray caster shows. [`crate::tile_shader`] colours what the rasterizer shows.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-use cullet_raster::{Fragment, Pixels};
+use cullet_raster::{Fragment, Interpolator};
 use cullet_scene::AlphaMode;
 use cullet_shade::{Look, Surface, Triangle, alpha, base_color, srgb, uv};
 use cullet_shade::{world_normal, world_position};
+use cullet_transform::PlaneMask;
 use glam::{DMat4, DVec3, Vec4};
 
-use crate::frame::Band;
-use crate::schedule::for_each;
+use crate::frame::Target;
+use crate::schedule::for_each_with;
 use crate::{Frame, Item, Pass, Prepared, Region, Settings, View};
 
-/// Rows per job: small enough to keep every core busy, large enough not to be noticed.
-const BAND_ROWS: usize = 16;
+/// What is drawn, from where and how: all that shading reads.
+#[derive(Clone, Copy)]
+pub(crate) struct Scene<'a> {
+    pub prepared: &'a Prepared,
+    pub view: &'a View,
+    pub settings: &'a Settings,
+    /// Per item, the planes that cut it.
+    pub planes: &'a [Option<PlaneMask>],
+}
+
+impl Scene<'_> {
+    pub(crate) fn look(&self) -> Look {
+        let Settings { light, filter, simd, .. } = *self.settings;
+        Look { light, filter, simd }
+    }
+}
 
 /// The triangle that some pixels of a row show.
 pub(crate) struct VisibleTriangle<'a> {
@@ -52,6 +65,14 @@ impl<'a> VisibleTriangle<'a> {
     pub(crate) fn positions(&self) -> [DVec3; 3] {
         self.corners.map(|i| self.surface.mesh.positions[i as usize].as_dvec3())
     }
+
+    /// Linear colour of a fragment.
+    pub(crate) fn color(&self, scene: &Scene<'_>, fragment: &Fragment) -> Vec4 {
+        let VisibleTriangle { surface, corners, front, .. } = *self;
+        let needs = self.item.needs(scene.settings.shading);
+        let triangle = Triangle { surface, corners, front };
+        cullet_shade::shade(needs, &triangle, &scene.look(), fragment)
+    }
 }
 
 /// A run of pixels of one row that show one triangle.
@@ -64,186 +85,151 @@ pub(crate) struct Run<'r> {
     /// How many.
     pub len: usize,
     /// Where they lie on the triangle.
-    pub pixels: Pixels<'r>,
+    pub places: Places<'r>,
+}
+
+/// Where the pixels of a run lie on their triangle.
+#[derive(Clone, Copy)]
+pub(crate) enum Places<'r> {
+    Planes(&'r Interpolator),
+    /// A run of one.
+    One(&'r Fragment),
+}
+
+impl Run<'_> {
+    /// Pixel `i` of the run.
+    fn fragment(&self, i: usize) -> Fragment {
+        match self.places {
+            Places::Planes(interpolator) => interpolator.fragment(self.x + i as u32, self.y),
+            Places::One(fragment) => *fragment,
+        }
+    }
 }
 
 /// Takes a run and the triangle it shows.
 pub(crate) type Emit<'e, 'a> = dyn FnMut(Run<'_>, &VisibleTriangle<'a>) + 'e;
 
-/// Something that knows what pixels show. Coordinates are those of the whole picture; pixels never
-/// emitted show the background.
-pub(crate) trait Visible: Sync {
-    /// Finds what the pixels of `region` show, row by row.
-    fn scan<'a>(&'a self, region: Region, emit: &mut Emit<'_, 'a>);
-}
-
 /// What shading did.
+#[derive(Default)]
 pub(crate) struct Shaded {
     pub n_pixels: u64,
     pub shade: Duration,
-    pub resolve: Duration,
 }
 
-/// Fills every pass of `frame` from what `visible` finds.
-pub(crate) fn shade(
-    visible: &impl Visible,
-    view: &View,
-    settings: &Settings,
-    threads: usize,
+/// Fills every pass of `frame` band by band, by `shade`, on as many threads as there are `states`: it
+/// gets the state of its thread, a part of the picture and where its passes go, and returns how
+/// many pixels show something.
+pub(crate) fn shade_bands<S: Send>(
+    states: &mut [S],
     region: Region,
     frame: &mut Frame,
+    band_rows: u32,
+    shade: impl Fn(&mut S, Region, &mut Target<'_>) -> u64 + Sync,
 ) -> Shaded {
     let start = Instant::now();
-    let (n_pixels, shade_ns, resolve_ns) =
-        (AtomicU64::new(0), AtomicU64::new(0), AtomicU64::new(0));
-    let shader = Shader { view, settings };
-    for_each(threads, frame.bands(BAND_ROWS).into_iter(), |mut band| {
-        let start = Instant::now();
-        let mut colors = Colors::new(settings, &mut band);
-        let filled = Instant::now();
-        n_pixels.fetch_add(
-            shader.shade_band(visible, region, &mut band, &mut colors),
-            Ordering::Relaxed,
-        );
-        let middle = Instant::now();
-        resolve(&mut band);
-        let resolve = (filled - start) + middle.elapsed();
-        shade_ns.fetch_add((middle - filled).as_nanos() as u64, Ordering::Relaxed);
-        resolve_ns.fetch_add(resolve.as_nanos() as u64, Ordering::Relaxed);
-    });
-    // Threads share the wall time in the proportion of their work.
-    let (shade_ns, resolve_ns) = (shade_ns.into_inner() as f64, resolve_ns.into_inner() as f64);
-    let wall = start.elapsed();
-    let resolve = wall.mul_f64(resolve_ns / (shade_ns + resolve_ns).max(1.0));
-    Shaded { n_pixels: n_pixels.into_inner(), shade: wall - resolve, resolve }
-}
-
-struct Shader<'a> {
-    view: &'a View,
-    settings: &'a Settings,
-}
-
-impl Shader<'_> {
-    fn shade_band(
-        &self,
-        visible: &impl Visible,
-        region: Region,
-        band: &mut Band<'_>,
-        colors: &mut Colors,
-    ) -> u64 {
-        let mut n_pixels = 0;
+    let n_pixels = AtomicU64::new(0);
+    // Bands end at whole multiples of their rows in the whole picture.
+    let first_rows = band_rows - region.y % band_rows;
+    let bands = frame.bands(first_rows as usize, band_rows as usize);
+    for_each_with(states, bands.into_iter(), |state, mut band| {
         let (y, height) = (region.y + band.first_row as u32, band.rows as u32);
-        visible.scan(Region { y, height, ..region }, &mut |run, triangle| {
-            n_pixels += run.len as u64;
-            let row = (run.y - region.y) as usize - band.first_row;
-            let start = row * band.width + (run.x - region.x) as usize;
-            self.shade_run(band, colors, start, triangle, run);
-        });
-        n_pixels
-    }
+        let n = shade(state, Region { y, height, ..region }, &mut band.target);
+        n_pixels.fetch_add(n, Ordering::Relaxed);
+    });
+    Shaded { n_pixels: n_pixels.into_inner(), shade: start.elapsed() }
+}
 
-    fn shade_run(
-        &self,
-        band: &mut Band<'_>,
-        colors: &mut Colors,
-        start: usize,
-        triangle: &VisibleTriangle<'_>,
-        run: Run<'_>,
-    ) {
-        let range = start..start + run.len;
-        let VisibleTriangle { item, surface, corners, front, .. } = *triangle;
-        let (settings, passes) = (self.settings, self.settings.passes);
-        let filter = settings.filter;
-        if passes.needs_color() {
-            let kernel = item.kernel(settings.shading);
-            let look = Look { light: settings.light, filter, simd: settings.simd };
-            let seen = Triangle { surface, corners, front };
-            if band.linear.is_empty() {
-                let linear = colors.of(run.len);
-                kernel(&seen, &look, run.pixels, linear);
-                for (out, color) in band.rgba8[range.clone()].iter_mut().zip(linear) {
-                    *out = encode(*color);
-                }
-            } else {
-                kernel(&seen, &look, run.pixels, &mut band.linear[range.clone()]);
+/// Fills the colours of a rectangle with background.
+pub(crate) fn fill_background(settings: &Settings, rect: Region, out: &mut Target<'_>) {
+    let (width, height) = (rect.width as usize, rect.height as usize);
+    let code = encode(settings.background);
+    for y in 0..height {
+        let row = y * out.stride..y * out.stride + width;
+        if let Some(row) = out.linear.get_mut(row.clone()) {
+            row.fill(settings.background);
+        } else if let Some(row) = out.rgba8.get_mut(row) {
+            row.fill(code);
+        }
+    }
+}
+
+/// Encodes the linear picture of a rectangle, where there is one, into bytes, where they are
+/// wanted.
+pub(crate) fn encode_linear(rect: Region, out: &mut Target<'_>) {
+    for y in 0..rect.height as usize {
+        let row = y * out.stride..y * out.stride + rect.width as usize;
+        if let (Some(linear), Some(bytes)) = (out.linear.get(row.clone()), out.rgba8.get_mut(row)) {
+            for (out, color) in bytes.iter_mut().zip(linear) {
+                *out = encode(*color);
             }
         }
-        if passes.contains(Pass::Depth) {
-            let distances = self.distances(triangle);
-            fill(band.depth, &range, run.pixels, |f| f.weights.dot(distances) as f32);
-        }
-        if passes.contains(Pass::Normal) {
-            fill(band.normal, &range, run.pixels, |f| world_normal(&surface, corners, front, f));
-        }
-        if passes.contains(Pass::Albedo) {
-            fill(band.albedo, &range, run.pixels, |f| base_color(&surface, corners, f, filter));
-        }
-        if passes.contains(Pass::Uv) {
-            fill(band.uv, &range, run.pixels, |f| uv(&surface, corners, f));
-        }
-        if passes.contains(Pass::Position) {
-            fill(band.position, &range, run.pixels, |f| world_position(&surface, corners, f));
-        }
-        if passes.contains(Pass::Id) {
-            fill(band.id, &range, run.pixels, |_| triangle.item_idx as u32 + 1);
-        }
-        if passes.contains(Pass::Triangle) {
-            fill(band.triangle, &range, run.pixels, |_| triangle.id + 1);
-        }
     }
+}
 
-    /// Distance of the corners along the view axis, scene units.
-    fn distances(&self, triangle: &VisibleTriangle<'_>) -> DVec3 {
-        let view_from_model = self.view.view_from_model(&triangle.item.world_from_model);
-        let row = DMat4::from(view_from_model).row(2);
-        DVec3::from_array(triangle.positions().map(|p| -row.dot(p.extend(1.0))))
+/// Fills the passes of a run. `start` is its place in `out`; colours are left out unless
+/// `with_color`.
+pub(crate) fn shade_run(
+    scene: &Scene<'_>,
+    out: &mut Target<'_>,
+    start: usize,
+    triangle: &VisibleTriangle<'_>,
+    run: &Run<'_>,
+    with_color: bool,
+) {
+    let range = start..start + run.len;
+    let VisibleTriangle { surface, corners, front, .. } = *triangle;
+    let (filter, passes) = (scene.settings.filter, scene.settings.passes);
+    if passes.needs_color() && with_color {
+        if out.linear.is_empty() {
+            fill(out.rgba8, &range, run, |f| encode(triangle.color(scene, f)));
+        } else {
+            fill(out.linear, &range, run, |f| triangle.color(scene, f));
+        }
     }
+    if passes.contains(Pass::Depth) {
+        let distances = distances(scene.view, triangle);
+        fill(out.depth, &range, run, |f| f.weights.dot(distances) as f32);
+    }
+    if passes.contains(Pass::Normal) {
+        fill(out.normal, &range, run, |f| world_normal(&surface, corners, front, f));
+    }
+    if passes.contains(Pass::Albedo) {
+        fill(out.albedo, &range, run, |f| base_color(&surface, corners, f, filter));
+    }
+    if passes.contains(Pass::Uv) {
+        fill(out.uv, &range, run, |f| uv(&surface, corners, f));
+    }
+    if passes.contains(Pass::Position) {
+        fill(out.position, &range, run, |f| world_position(&surface, corners, f));
+    }
+    if passes.contains(Pass::Id) {
+        fill(out.id, &range, run, |_| triangle.item_idx as u32 + 1);
+    }
+    if passes.contains(Pass::Triangle) {
+        fill(out.triangle, &range, run, |_| triangle.id + 1);
+    }
+}
+
+/// Distance of the corners along the view axis, scene units.
+fn distances(view: &View, triangle: &VisibleTriangle<'_>) -> DVec3 {
+    let view_from_model = view.view_from_model(&triangle.item.world_from_model);
+    let row = DMat4::from(view_from_model).row(2);
+    DVec3::from_array(triangle.positions().map(|p| -row.dot(p.extend(1.0))))
 }
 
 fn fill<T>(
     pass: &mut [T],
     range: &std::ops::Range<usize>,
-    pixels: Pixels<'_>,
+    run: &Run<'_>,
     mut value: impl FnMut(&Fragment) -> T,
 ) {
     for (i, out) in pass[range.clone()].iter_mut().enumerate() {
-        *out = value(&pixels.at(i));
-    }
-}
-
-/// The linear colours of a run, on their way to bytes while they are still in the nearest cache.
-/// A picture of them is kept only where one is asked for.
-struct Colors {
-    linear: Vec<Vec4>,
-}
-
-impl Colors {
-    /// Fills the band with background, encoded once.
-    fn new(settings: &Settings, band: &mut Band<'_>) -> Self {
-        band.linear.fill(settings.background);
-        if band.linear.is_empty() {
-            band.rgba8.fill(encode(settings.background));
-        }
-        Colors { linear: Vec::new() }
-    }
-
-    fn of(&mut self, len: usize) -> &mut [Vec4] {
-        if self.linear.len() < len {
-            self.linear.resize(len, Vec4::ZERO);
-        }
-        &mut self.linear[..len]
-    }
-}
-
-/// Encodes the linear picture, where there is one.
-fn resolve(band: &mut Band<'_>) {
-    for (out, color) in band.rgba8.iter_mut().zip(&*band.linear) {
-        *out = encode(*color);
+        *out = value(&run.fragment(i));
     }
 }
 
 /// Linear RGBA to 8-bit sRGB with linear alpha.
-fn encode(color: Vec4) -> [u8; 4] {
+pub(crate) fn encode(color: Vec4) -> [u8; 4] {
     // Most pixels are opaque, and rounding is a call where there is no instruction for it.
     let opaque = color.w == 1.0;
     let alpha = if opaque { 255 } else { (color.w * 255.0).round_ties_even() as u8 }; // NaN is 0

@@ -1,37 +1,31 @@
-//! What the rasterizer found, read back: from triangle ids to runs of pixels.
+//! Triangles by their ids: from the visibility buffer back to corners, one by one.
 
-use cullet_raster::{Interpolator, NO_TRIANGLE, Pixels};
+use cullet_raster::{Interpolator, NO_TRIANGLE};
 use cullet_transform::{ClipPoint, PlaneMask, View};
 use glam::DMat4;
 
 use crate::settings::SUBPIXEL_BITS;
-use crate::shading::{Emit, Run, Visible, VisibleTriangle};
+use crate::shading::{Emit, Places, Run, VisibleTriangle};
 use crate::{Prepared, Region};
 
-/// The visibility buffer of a region, read back run by run.
-pub(crate) struct VisibilityBuffer<'a> {
-    pub prepared: &'a Prepared,
-    pub view: &'a View,
-    pub planes: &'a [Option<PlaneMask>],
-    pub region: Region,
-    pub ids: &'a [u32],
-}
-
-impl Visible for VisibilityBuffer<'_> {
-    fn scan<'a>(&'a self, region: Region, emit: &mut Emit<'_, 'a>) {
-        let mut corners = Corners::new(self.prepared, self.view, self.planes);
-        for y in region.y..region.y + region.height {
-            let start = (y - self.region.y) as usize * self.region.width as usize;
-            let ids = &self.ids[start..start + self.region.width as usize];
-            let mut x = region.x;
-            for run in ids.chunk_by(|a, b| a == b) {
-                if run[0] != NO_TRIANGLE {
-                    let (triangle, interpolator) = corners.of(run[0]);
-                    let pixels = Pixels::Row { interpolator, x, y };
-                    emit(Run { x, y, len: run.len(), pixels }, triangle);
-                }
-                x += run.len() as u32;
+/// Hands out the runs of pixels of `rect` that show one triangle each, row by row. `ids` begin at
+/// its upper left pixel and have `stride` of them in a row.
+pub(crate) fn scan<'a>(
+    corners: &mut Corners<'a>,
+    rect: Region,
+    ids: &[u32],
+    stride: usize,
+    emit: &mut Emit<'_, 'a>,
+) {
+    for (y, ids) in (rect.y..rect.y + rect.height).zip(ids.chunks(stride)) {
+        let mut x = rect.x;
+        for run in ids[..rect.width as usize].chunk_by(|a, b| a == b) {
+            if run[0] != NO_TRIANGLE {
+                let (triangle, interpolator) = corners.of(run[0]);
+                let places = Places::Planes(interpolator);
+                emit(Run { x, y, len: run.len(), places }, triangle);
             }
+            x += run.len() as u32;
         }
     }
 }
@@ -49,7 +43,7 @@ pub(crate) struct Corners<'a> {
 }
 
 /// A triangle by its id.
-type Ready<'a> = (u32, VisibleTriangle<'a>, Interpolator);
+pub(crate) type Ready<'a> = (u32, VisibleTriangle<'a>, Interpolator);
 
 /// About as many triangles as a row of a picture meets.
 const SLOTS: usize = 512;
@@ -78,7 +72,8 @@ impl<'a> Corners<'a> {
         }
     }
 
-    fn look_up(&mut self, id: u32) -> Ready<'a> {
+    /// Triangle `id`, not kept.
+    pub(crate) fn look_up(&mut self, id: u32) -> Ready<'a> {
         let (item_idx, clip_from_model) = match self.item {
             Some(last) if self.prepared.items()[last.0].holds(id) => last,
             _ => {

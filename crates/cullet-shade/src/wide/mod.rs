@@ -1,0 +1,20 @@
+//! Eight pixels at a time, each of a triangle of its own.
+//!
+//! 1. [`set_up`] makes a [`Record`] of each triangle: planes over the picture of all that its
+//!    colour depends on.
+//! 2. [`paint`] takes pixels that show one [`Paint`], eight at a time: it reads their attributes
+//!    off the records, samples, lights, and hands colours on, as bytes or as they are.
+//!
+//! Values are f32, in planes near their pixels; the few pixels for which that is not good enough
+//! are handed back, to be asked of the plain code ([`crate::shade`]). A pixel's colour
+//! depends on nothing but itself, its triangle and the block of the picture that it lies in
+//! ([`cullet_raster::BLOCK`]): not on which pixels share a group, nor on the instruction set.
+
+mod paint;
+mod record;
+mod sampler;
+#[cfg(test)]
+mod tests;
+
+pub use paint::{Out, Paint, Pixel, paint};
+pub use record::{ColorPlanes, Group, Record, set_up};

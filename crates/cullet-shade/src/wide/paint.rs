@@ -1,0 +1,449 @@
+//! Pixels of one paint: from records to colours.
+
+use fearless_simd::{Level, Simd, dispatch, f32x4, f32x8, prelude::*};
+use glam::{Vec2, Vec3, Vec4};
+
+use super::record::{ColorPlanes, LEAST, NORMAL, Record};
+use super::sampler::{EIGHTS, Sampler, Taps};
+use crate::kernel::Look;
+use crate::needs::Needs;
+use crate::sampler::{Filter, sample};
+use crate::srgb::{Encoder, encoder};
+use crate::surface::Surface;
+use crate::texture::{STEP, Texture};
+
+/// A material as wide code sees it: what its pixels have in common, whatever object they are of.
+#[derive(Clone, Copy, Debug)]
+pub struct Paint<'a> {
+    /// Base colour factor.
+    factor: Vec3,
+    texture: Option<Sampled<'a>>,
+    has_colors: bool,
+    light: Lit,
+    simd: Level,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Sampled<'a> {
+    Wide(Sampler<'a>),
+    OneByOne(&'a Texture, Filter),
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Lit {
+    No,
+    Flat,
+    Smooth { direction: Vec3, ambient: f32 },
+}
+
+impl<'a> Paint<'a> {
+    /// For surfaces with this one's material, and with the same needs.
+    pub fn new(surface: &Surface<'a>, needs: Needs, look: &Look) -> Self {
+        let texture = surface.texture.filter(|_| needs.contains(Needs::TEXTURE));
+        let texture = texture.map(|texture| match Sampler::new(texture, look.filter) {
+            Some(sampler) => Sampled::Wide(sampler),
+            None => Sampled::OneByOne(texture, look.filter),
+        });
+        let light = if !needs.contains(Needs::LIT) {
+            Lit::No
+        } else if !needs.contains(Needs::SMOOTH_NORMAL) {
+            Lit::Flat
+        } else {
+            Lit::Smooth { direction: look.light.direction(), ambient: look.light.ambient() }
+        };
+        Paint {
+            factor: surface.material.base_color.truncate(),
+            texture,
+            has_colors: needs.contains(Needs::VERTEX_COLOR),
+            light,
+            simd: look.simd,
+        }
+    }
+}
+
+/// A pixel to be coloured, or any place of the picture.
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(align(16))]
+pub struct Pixel {
+    /// The record of its triangle.
+    pub record: u32,
+    /// Where its colour goes.
+    pub out: u32,
+    /// Place, px from the corner of the block.
+    pub x: f32,
+    /// Down.
+    pub y: f32,
+}
+
+/// Where colours go. Pixels index it; alpha is 1.
+#[derive(Debug)]
+pub enum Out<'a> {
+    /// Linear.
+    Linear(&'a mut [Vec4]),
+    /// 8-bit sRGB.
+    Bytes(&'a mut [[u8; 4]]),
+}
+
+/// Colours `pixels`, all of one paint, from the records of their triangles. Numbers of pixels for
+/// which f32 is not good enough are added to `left`, and their colours are not meaningful.
+pub fn paint(
+    paint: &Paint<'_>,
+    pixels: &[Pixel],
+    records: &[Record],
+    colors: &[ColorPlanes],
+    out: &mut Out<'_>,
+    left: &mut Vec<u32>,
+) {
+    let encoder = encoder();
+    dispatch!(paint.simd, simd => {
+        paint_all(simd, paint, encoder, pixels, records, colors, out, left)
+    });
+}
+
+#[inline(always)]
+#[expect(clippy::too_many_arguments, reason = "one call, spread by a macro")]
+fn paint_all<S: Simd>(
+    simd: S,
+    paint: &Paint<'_>,
+    encoder: &Encoder,
+    pixels: &[Pixel],
+    records: &[Record],
+    colors: &[ColorPlanes],
+    out: &mut Out<'_>,
+    left: &mut Vec<u32>,
+) {
+    let mut stage = Stage::default();
+    for (i_chunk, chunk) in pixels.chunks(8 * EIGHTS).enumerate() {
+        let (eights, rest) = chunk.as_chunks::<8>();
+        let mut last = [Pixel::default(); 8];
+        if let Some(pixel) = rest.last() {
+            last = [*pixel; 8];
+            last[..rest.len()].copy_from_slice(rest);
+        }
+        let n = eights.len() + usize::from(!rest.is_empty());
+        let eight = |i: usize| eights.get(i).unwrap_or(&last);
+        stage.taps.are_fine = true;
+        for i in 0..n {
+            paint.place(simd, eight(i), records, colors, &mut stage, i);
+        }
+        if let Some(Sampled::Wide(sampler)) = &paint.texture {
+            for i in 0..n {
+                let uv = [f32x8::simd_from(simd, stage.u[i]), f32x8::simd_from(simd, stage.v[i])];
+                let lod = f32x8::simd_from(simd, stage.lod[i]);
+                sampler.find8(simd, uv, lod, &mut stage.taps, i);
+            }
+            sampler.blend_all(simd, &stage.taps, n, &mut stage.texels);
+        }
+        for i in 0..n {
+            let n_lanes = if i < eights.len() { 8 } else { rest.len() };
+            let rgb = paint.color(simd, &stage, i);
+            store(simd, encoder, eight(i), n_lanes, rgb, out);
+            if stage.good[i] != 0xff {
+                leave(8 * (i_chunk * EIGHTS + i), n_lanes, stage.good[i], left);
+            }
+        }
+    }
+}
+
+/// What one stage leaves to the next, for a chunk of pixels.
+#[derive(Debug, Default)]
+struct Stage {
+    u: [[f32; 8]; EIGHTS],
+    v: [[f32; 8]; EIGHTS],
+    lod: [[f32; 8]; EIGHTS],
+    light: [[f32; 8]; EIGHTS],
+    /// Vertex colours, red, green and blue.
+    colors: [[[f32; 8]; 3]; EIGHTS],
+    /// Which pixels are to be trusted, a bit each.
+    good: [u64; EIGHTS],
+    taps: Taps,
+    texels: [[[f32; 4]; 8]; EIGHTS],
+}
+
+#[cold]
+fn leave(first: usize, n: usize, good: u64, left: &mut Vec<u32>) {
+    left.extend((0..n).filter(|lane| good >> lane & 1 == 0).map(|lane| (first + lane) as u32));
+}
+
+impl Paint<'_> {
+    /// Reads the attributes of eight pixels off their records, and all that follows without texels.
+    #[inline(always)]
+    fn place<S: Simd>(
+        &self,
+        simd: S,
+        pixels: &[Pixel; 8],
+        records: &[Record],
+        colors: &[ColorPlanes],
+        stage: &mut Stage,
+        i: usize,
+    ) {
+        let zero = f32x8::splat(simd, 0.0);
+        stage.good[i] = 0xff;
+        let is_smooth = matches!(self.light, Lit::Smooth { .. });
+        if matches!(self.light, Lit::Flat) {
+            for lane in 0..8 {
+                stage.light[i][lane] = records[pixels[lane].record as usize].at[NORMAL];
+            }
+        }
+        if self.texture.is_none() && !self.has_colors && !is_smooth {
+            return; // one colour for each triangle
+        }
+        let is_one = is_one_triangle(pixels);
+        let values = if is_one {
+            values_of_one(simd, pixels, records)
+        } else {
+            values(simd, pixels, records)
+        };
+        let [w, u, v, least] = values.low;
+        let mut good = w.simd_gt(least);
+        let over_w = f32x8::splat(simd, 1.0) / w;
+        if let Some(texture) = &self.texture {
+            let uv = [u * over_w, v * over_w];
+            let [[wx, ux, vx], [wy, uy, vy]] = if is_one {
+                changes_of_one(simd, pixels, records)
+            } else {
+                changes(simd, pixels, records)
+            };
+            // The quotient rule: (a / w)' = (a' - (a / w) w') / w.
+            let ddx = [(ux - uv[0] * wx) * over_w, (vx - uv[1] * wx) * over_w];
+            let ddy = [(uy - uv[0] * wy) * over_w, (vy - uv[1] * wy) * over_w];
+            match texture {
+                Sampled::Wide(sampler) => {
+                    (stage.u[i], stage.v[i]) = (uv[0].into(), uv[1].into());
+                    stage.lod[i] = sampler.lod8(simd, ddx, ddy).into();
+                }
+                Sampled::OneByOne(texture, filter) => {
+                    stage.texels[i] = one_by_one(
+                        texture,
+                        *filter,
+                        [uv[0].into(), uv[1].into()],
+                        [ddx[0].into(), ddx[1].into()],
+                        [ddy[0].into(), ddy[1].into()],
+                    );
+                }
+            }
+        }
+        if self.has_colors {
+            let [r, g, b] = colors_over_w(simd, pixels, records, colors);
+            stage.colors[i] = [(r * over_w).into(), (g * over_w).into(), (b * over_w).into()];
+        }
+        if let Lit::Smooth { direction, ambient } = self.light {
+            // Normals over w: their length does not matter.
+            let [x, y, z] = values.normal;
+            let length2 = x * x + y * y + z * z;
+            let cosine = (x * direction.x + y * direction.y + z * direction.z) / length2.sqrt();
+            let cosine = cosine.simd_gt(zero).select(cosine, zero);
+            stage.light[i] = (cosine * (1.0 - ambient) + ambient).into();
+            let squares_are_safe = length2.simd_gt(f32x8::splat(simd, 1e-30))
+                & length2.simd_lt(f32x8::splat(simd, 1e30));
+            good = good & squares_are_safe;
+        }
+        stage.good[i] = good.to_bitmask();
+    }
+
+    /// The colours of eight pixels.
+    #[inline(always)]
+    fn color<S: Simd>(&self, simd: S, stage: &Stage, i: usize) -> [f32x8<S>; 3] {
+        let mut rgb = [
+            f32x8::splat(simd, self.factor.x),
+            f32x8::splat(simd, self.factor.y),
+            f32x8::splat(simd, self.factor.z),
+        ];
+        if self.texture.is_some() {
+            let mut texels = [f32x4::splat(simd, 0.0); 8];
+            for lane in 0..8 {
+                texels[lane] = f32x4::simd_from(simd, stage.texels[i][lane]);
+            }
+            let [r, g, b, _] = transposed(&texels);
+            let step = f32x8::splat(simd, STEP);
+            rgb = [rgb[0] * (r * step), rgb[1] * (g * step), rgb[2] * (b * step)];
+        }
+        if self.has_colors {
+            let [r, g, b] = &stage.colors[i];
+            rgb = [
+                rgb[0] * f32x8::simd_from(simd, *r),
+                rgb[1] * f32x8::simd_from(simd, *g),
+                rgb[2] * f32x8::simd_from(simd, *b),
+            ];
+        }
+        if !matches!(self.light, Lit::No) {
+            let light = f32x8::simd_from(simd, stage.light[i]);
+            rgb = [rgb[0] * light, rgb[1] * light, rgb[2] * light];
+        }
+        rgb
+    }
+}
+
+/// Attributes over w at eight pixels.
+struct Values<S: Simd> {
+    /// Sum of shares, u, v, and the least sum.
+    low: [f32x8<S>; 4],
+    normal: [f32x8<S>; 3],
+}
+
+#[inline(always)]
+fn is_one_triangle(pixels: &[Pixel; 8]) -> bool {
+    let first = pixels[0].record;
+    let mut differences = 0;
+    for pixel in pixels {
+        differences |= pixel.record ^ first;
+    }
+    differences == 0
+}
+
+/// Of pixels that may all be of different triangles: pixel by pixel, then turned.
+#[inline(always)]
+fn values<S: Simd>(simd: S, pixels: &[Pixel; 8], records: &[Record]) -> Values<S> {
+    let (mut low, mut high) = ([f32x4::splat(simd, 0.0); 8], [f32x4::splat(simd, 0.0); 8]);
+    for lane in 0..8 {
+        let Pixel { record, x, y, .. } = pixels[lane];
+        let record = &records[record as usize];
+        let (dx, dy) = (x - record.anchor[0], y - record.anchor[1]);
+        let at = f32x8::simd_from(simd, record.at);
+        let ddx = f32x8::simd_from(simd, record.ddx);
+        let ddy = f32x8::simd_from(simd, record.ddy);
+        (low[lane], high[lane]) = (at + ddx * dx + ddy * dy).split();
+    }
+    let [x, y, z, _] = transposed(&high);
+    Values { low: transposed(&low), normal: [x, y, z] }
+}
+
+/// The same, operation by operation, of pixels of one triangle.
+#[inline(always)]
+fn values_of_one<S: Simd>(simd: S, pixels: &[Pixel; 8], records: &[Record]) -> Values<S> {
+    let record = &records[pixels[0].record as usize];
+    let (mut x, mut y) = ([0.0; 8], [0.0; 8]);
+    for lane in 0..8 {
+        (x[lane], y[lane]) = (pixels[lane].x, pixels[lane].y);
+    }
+    let dx = f32x8::simd_from(simd, x) - record.anchor[0];
+    let dy = f32x8::simd_from(simd, y) - record.anchor[1];
+    Values {
+        low: [
+            value(simd, record, 0, dx, dy),
+            value(simd, record, 1, dx, dy),
+            value(simd, record, 2, dx, dy),
+            f32x8::splat(simd, record.at[LEAST]),
+        ],
+        normal: [
+            value(simd, record, NORMAL, dx, dy),
+            value(simd, record, NORMAL + 1, dx, dy),
+            value(simd, record, NORMAL + 2, dx, dy),
+        ],
+    }
+}
+
+#[inline(always)]
+fn value<S: Simd>(simd: S, record: &Record, lane: usize, dx: f32x8<S>, dy: f32x8<S>) -> f32x8<S> {
+    let (at, ddx, ddy) = (record.at[lane], record.ddx[lane], record.ddy[lane]);
+    f32x8::splat(simd, at) + f32x8::splat(simd, ddx) * dx + f32x8::splat(simd, ddy) * dy
+}
+
+/// Changes of w, u and v over w per pixel to the right and down.
+#[inline(always)]
+fn changes<S: Simd>(simd: S, pixels: &[Pixel; 8], records: &[Record]) -> [[f32x8<S>; 3]; 2] {
+    let (mut ddx, mut ddy) = ([f32x4::splat(simd, 0.0); 8], [f32x4::splat(simd, 0.0); 8]);
+    for lane in 0..8 {
+        let record = &records[pixels[lane].record as usize];
+        ddx[lane] = f32x4::from_slice(simd, &record.ddx[..4]);
+        ddy[lane] = f32x4::from_slice(simd, &record.ddy[..4]);
+    }
+    let [wx, ux, vx, _] = transposed(&ddx);
+    let [wy, uy, vy, _] = transposed(&ddy);
+    [[wx, ux, vx], [wy, uy, vy]]
+}
+
+#[inline(always)]
+fn changes_of_one<S: Simd>(simd: S, pixels: &[Pixel; 8], records: &[Record]) -> [[f32x8<S>; 3]; 2] {
+    let Record { ddx: x, ddy: y, .. } = &records[pixels[0].record as usize];
+    [
+        [f32x8::splat(simd, x[0]), f32x8::splat(simd, x[1]), f32x8::splat(simd, x[2])],
+        [f32x8::splat(simd, y[0]), f32x8::splat(simd, y[1]), f32x8::splat(simd, y[2])],
+    ]
+}
+
+#[inline(always)]
+fn colors_over_w<S: Simd>(
+    simd: S,
+    pixels: &[Pixel; 8],
+    records: &[Record],
+    colors: &[ColorPlanes],
+) -> [f32x8<S>; 3] {
+    let mut values = [f32x4::splat(simd, 0.0); 8];
+    for lane in 0..8 {
+        let Pixel { record, x, y, .. } = pixels[lane];
+        let (anchor, planes) = (&records[record as usize].anchor, &colors[record as usize]);
+        let at = f32x4::simd_from(simd, planes.at);
+        let ddx = f32x4::simd_from(simd, planes.ddx);
+        let ddy = f32x4::simd_from(simd, planes.ddy);
+        values[lane] = at + ddx * (x - anchor[0]) + ddy * (y - anchor[1]);
+    }
+    let [r, g, b, _] = transposed(&values);
+    [r, g, b]
+}
+
+/// From four numbers of each pixel to eight pixels of each number.
+#[inline(always)]
+fn transposed<S: Simd>(rows: &[f32x4<S>; 8]) -> [f32x8<S>; 4] {
+    let [a, b, c, d] = transposed4([rows[0], rows[1], rows[2], rows[3]]);
+    let [e, f, g, h] = transposed4([rows[4], rows[5], rows[6], rows[7]]);
+    [a.combine(e), b.combine(f), c.combine(g), d.combine(h)]
+}
+
+#[inline(always)]
+fn transposed4<S: Simd>([a, b, c, d]: [f32x4<S>; 4]) -> [f32x4<S>; 4] {
+    let (ac, bd) = (a.zip_low(c), b.zip_low(d));
+    let (ac_high, bd_high) = (a.zip_high(c), b.zip_high(d));
+    [ac.zip_low(bd), ac.zip_high(bd), ac_high.zip_low(bd_high), ac_high.zip_high(bd_high)]
+}
+
+#[cold]
+fn one_by_one(
+    texture: &Texture,
+    filter: Filter,
+    uv: [[f32; 8]; 2],
+    ddx: [[f32; 8]; 2],
+    ddy: [[f32; 8]; 2],
+) -> [[f32; 4]; 8] {
+    std::array::from_fn(|lane| {
+        let [uv, ddx, ddy] = [uv, ddx, ddy].map(|[u, v]| Vec2::new(u[lane], v[lane]));
+        (sample(texture, uv, ddx, ddy, filter) / STEP).to_array()
+    })
+}
+
+/// Writes the first `n` of eight colours.
+#[inline(always)]
+fn store<S: Simd>(
+    simd: S,
+    encoder: &Encoder,
+    pixels: &[Pixel; 8],
+    n: usize,
+    [r, g, b]: [f32x8<S>; 3],
+    out: &mut Out<'_>,
+) {
+    match out {
+        Out::Bytes(out) => {
+            let (r, g, b) =
+                (encoder.encode8(simd, r), encoder.encode8(simd, g), encoder.encode8(simd, b));
+            let codes = r | g << 8 | b << 16 | 0xff00_0000;
+            let codes: [u32; 8] = codes.into();
+            let first = pixels[0].out as usize;
+            let is_row = n == 8 && pixels[7].out == pixels[0].out + 7;
+            if is_row && let Some(row) = out.get_mut(first..first + 8) {
+                for (out, code) in row.iter_mut().zip(codes) {
+                    *out = code.to_le_bytes();
+                }
+                return;
+            }
+            for (pixel, code) in pixels.iter().zip(codes).take(n) {
+                out[pixel.out as usize] = code.to_le_bytes();
+            }
+        }
+        Out::Linear(out) => {
+            let (r, g, b): ([f32; 8], [f32; 8], [f32; 8]) = (r.into(), g.into(), b.into());
+            for (lane, pixel) in pixels.iter().enumerate().take(n) {
+                out[pixel.out as usize] = Vec4::new(r[lane], g[lane], b[lane], 1.0);
+            }
+        }
+    }
+}

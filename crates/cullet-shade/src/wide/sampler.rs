@@ -1,0 +1,304 @@
+//! Trilinear filtering of eight pixels: [`mod@crate::sampler`], wide.
+//!
+//! Where the texels lie is found for eight pixels at once, then each pixel blends its own: left and
+//! right neighbours are 16 bytes in a row, so one load fetches and one vector holds them; rows
+//! are blended first, then left and right of both levels at once, then the levels. In this
+//! form equal ends blend to exactly themselves.
+//!
+//! Places are f32 here, where the scalar sampler has f64: they are off by at most 1e-7 of the
+//! picture's side, as texture coordinates are anyway.
+
+use cullet_scene::Wrap;
+use fearless_simd::{
+    Simd, SimdCvtFloat, SimdCvtTruncate, f32x4, f32x8, i32x8, prelude::*, u16x8, u32x8,
+};
+
+use crate::sampler::Filter;
+use crate::texture::Texture;
+
+/// The most levels a texture can have here.
+const MAX_LEVELS: usize = 32;
+
+/// A texture, what sampling asks of it in the form that it asks for.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sampler<'a> {
+    texels: &'a [u16],
+    /// Where each level begins and how far its rows are apart, in texels.
+    first: [i32; MAX_LEVELS],
+    row_len: [i32; MAX_LEVELS],
+    width: u32,
+    height: u32,
+    coarsest: f32,
+    wrap: [Wrap; 2],
+    filter: Filter,
+}
+
+impl<'a> Sampler<'a> {
+    /// `None` for what the wide code does not serve: nearest texels, which are for looking
+    /// closely, and textures too large to number their texels in an i32.
+    pub fn new(texture: &'a Texture, filter: Filter) -> Option<Self> {
+        let mips = &*texture.mips;
+        let (base, texels) = (mips.level(0), mips.all_texels());
+        if filter == Filter::Nearest || texels.len() > i32::MAX as usize {
+            return None;
+        }
+        let (mut first, mut row_len) = ([0; MAX_LEVELS], [0; MAX_LEVELS]);
+        for level in 0..mips.n_levels().min(MAX_LEVELS) {
+            let layout = mips.layout(level);
+            (first[level], row_len[level]) = (layout.0 as i32, layout.1 as i32);
+        }
+        Some(Sampler {
+            texels,
+            first,
+            row_len,
+            width: base.width(),
+            height: base.height(),
+            coarsest: (mips.n_levels() - 1) as f32,
+            wrap: texture.wrap,
+            filter,
+        })
+    }
+
+    /// Level of detail, in `0..=n_levels - 1`, by the changes of texture coordinates per pixel.
+    #[inline(always)]
+    pub fn lod8<S: Simd>(&self, simd: S, ddx: [f32x8<S>; 2], ddy: [f32x8<S>; 2]) -> f32x8<S> {
+        let (width, height) = (self.width as f32, self.height as f32);
+        let [xu, xv] = [ddx[0] * width, ddx[1] * height];
+        let [yu, yv] = [ddy[0] * width, ddy[1] * height];
+        let (x2, y2) = (xu * xu + xv * xv, yu * yu + yv * yv);
+        let (zero, one) = (f32x8::splat(simd, 0.0), f32x8::splat(simd, 1.0));
+        let coarsest = f32x8::splat(simd, self.coarsest);
+        let longer2 = x2.simd_gt(y2).select(x2, y2);
+        let lod = log2_8(longer2) * 0.5;
+        let lod = lod.simd_lt(coarsest).select(lod, coarsest);
+        let lod = longer2.simd_gt(one).select(lod, zero);
+        // Not a number in either axis; infinities have passed, their logarithm is 128.
+        let lod = (x2 + y2).simd_ge(zero).select(lod, coarsest);
+        if self.filter == Filter::Trilinear {
+            return lod;
+        }
+        // Halfway goes to the finer level.
+        let finer = f32x8::float_from(i32x8::truncate_from(lod));
+        (lod - finer).simd_gt(f32x8::splat(simd, 0.5)).select(finer + one, finer)
+    }
+
+    /// Finds the texels around eight places, `8 * eight..` of `taps`. `lod` is as
+    /// [`Sampler::lod8`] gives it.
+    #[inline(always)]
+    pub fn find8<S: Simd>(
+        &self,
+        simd: S,
+        uv: [f32x8<S>; 2],
+        lod: f32x8<S>,
+        taps: &mut Taps,
+        eight: usize,
+    ) {
+        let finer = i32x8::truncate_from(lod);
+        let blend = lod - f32x8::float_from(finer);
+        let place = [fold8(simd, uv[0], self.wrap[0]), fold8(simd, uv[1], self.wrap[1])];
+        self.find_in(simd, place, finer, &mut taps.fine, eight);
+        taps.blend[eight] = blend.into();
+        if blend.simd_gt(f32x8::splat(simd, 0.0)).any_true() {
+            taps.are_fine = false;
+        }
+        let last = i32x8::splat(simd, self.coarsest as i32);
+        let coarser = finer + 1;
+        let coarser = coarser.simd_lt(last).select(coarser, last);
+        self.find_in(simd, place, coarser, &mut taps.coarse, eight);
+    }
+
+    /// The four texels around each of eight places, each place in a level of its own.
+    #[inline(always)]
+    fn find_in<S: Simd>(
+        &self,
+        simd: S,
+        place: [f32x8<S>; 2],
+        level: i32x8<S>,
+        taps: &mut LevelTaps,
+        eight: usize,
+    ) {
+        let (columns, rows) = (side(simd, self.width, level), side(simd, self.height, level));
+        let (left, x) = neighbours8(simd, place[0], columns, self.wrap[0]);
+        let (upper, y) = neighbours8(simd, place[1], rows, self.wrap[1]);
+        let level: [i32; 8] = level.into();
+        let (mut first, mut row_len) = ([0; 8], [0; 8]);
+        for lane in 0..8 {
+            first[lane] = self.first[level[lane] as usize % MAX_LEVELS];
+            row_len[lane] = self.row_len[level[lane] as usize % MAX_LEVELS];
+        }
+        let row_len = i32x8::simd_from(simd, row_len);
+        let above = i32x8::simd_from(simd, first) + upper * row_len + left;
+        taps.above[eight] = above.bitcast::<u32x8<S>>().into();
+        taps.below[eight] = (above + row_len).bitcast::<u32x8<S>>().into();
+        taps.x[eight] = x.into();
+        taps.y[eight] = y.into();
+    }
+
+    /// The colours of the first `n` eights of places, in steps of texels.
+    #[inline(always)]
+    pub fn blend_all<S: Simd>(
+        &self,
+        simd: S,
+        taps: &Taps,
+        n: usize,
+        out: &mut [[[f32; 4]; 8]; EIGHTS],
+    ) {
+        let Taps { fine, coarse, blend, are_fine } = taps;
+        for eight in 0..n.min(EIGHTS) {
+            if *are_fine {
+                for lane in 0..8 {
+                    let (left, right) = self.rows(simd, fine, eight, lane).split();
+                    let color = left + (right - left) * fine.x[eight][lane];
+                    out[eight][lane] = color.into();
+                }
+                continue;
+            }
+            for lane in 0..8 {
+                let (fine_left, fine_right) = self.rows(simd, fine, eight, lane).split();
+                let (coarse_left, coarse_right) = self.rows(simd, coarse, eight, lane).split();
+                let left = fine_left.combine(coarse_left);
+                let right = fine_right.combine(coarse_right);
+                let x = f32x4::splat(simd, fine.x[eight][lane])
+                    .combine(f32x4::splat(simd, coarse.x[eight][lane]));
+                let (fine, coarse) = (left + (right - left) * x).split();
+                let color = fine + (coarse - fine) * blend[eight][lane];
+                out[eight][lane] = color.into();
+            }
+        }
+    }
+
+    /// The left texels, blended, and the right ones.
+    #[inline(always)]
+    fn rows<S: Simd>(&self, simd: S, taps: &LevelTaps, eight: usize, lane: usize) -> f32x8<S> {
+        let upper = pair(simd, self.texels, taps.above[eight][lane]);
+        let lower = pair(simd, self.texels, taps.below[eight][lane]);
+        upper + (lower - upper) * taps.y[eight][lane]
+    }
+}
+
+/// Eights of places that go through a stage before the next begins: enough for one stage's long
+/// chains of arithmetic to overlap, few enough to stay in the nearest cache.
+pub(super) const EIGHTS: usize = 8;
+
+/// Texels around places.
+#[derive(Debug, Default)]
+pub(super) struct Taps {
+    fine: LevelTaps,
+    coarse: LevelTaps,
+    /// From the finer level to the coarser.
+    blend: [[f32; 8]; EIGHTS],
+    /// No place needs the coarser level.
+    pub are_fine: bool,
+}
+
+/// In one level: texel numbers of the upper and lower left neighbours, and how far right and
+/// down from the upper left one.
+#[derive(Debug, Default)]
+struct LevelTaps {
+    above: [[u32; 8]; EIGHTS],
+    below: [[u32; 8]; EIGHTS],
+    x: [[f32; 8]; EIGHTS],
+    y: [[f32; 8]; EIGHTS],
+}
+
+/// A texel and the one after it.
+#[inline(always)]
+fn pair<S: Simd>(simd: S, texels: &[u16], first: u32) -> f32x8<S> {
+    let first = 4 * first as usize;
+    let (left, right) = u16x8::from_slice(simd, &texels[first..first + 8]).widen();
+    f32x8::float_from(left.combine(right))
+}
+
+/// Base 2 logarithm of numbers of at least 1, within 2e-7 and 1e-7 of itself; exact for powers of
+/// two; 128 for infinity.
+///
+/// The exponent, and of the mantissa `m` in 0.7..1.4 the series
+/// `2 / ln 2 (s + s^3 / 3 + s^5 / 5 + ...)` with `s = (m - 1) / (m + 1)`, four terms: what is left
+/// out is below 4.1e-8.
+/// Source: Abramowitz & Stegun, "Handbook of Mathematical Functions", 1964, 4.1.27.
+#[inline(always)]
+fn log2_8<S: Simd>(x: f32x8<S>) -> f32x8<S> {
+    const SQRT_HALF: i32 = 0x3f35_04f3;
+    const MANTISSA: i32 = 0x007f_ffff;
+    let shifted = x.bitcast::<i32x8<S>>() - SQRT_HALF;
+    let exponent = f32x8::float_from(shifted >> 23);
+    let m = ((shifted & MANTISSA) + SQRT_HALF).bitcast::<f32x8<S>>();
+    let s = (m - 1.0) / (m + 1.0);
+    let s2 = s * s;
+    let series = s2 * 0.412_198_58 + 0.577_078_04;
+    let series = (s2 * series + 0.961_796_7) * s2 + 2.885_39;
+    exponent + series * s
+}
+
+/// A coordinate brought into 0..=1, where the picture is; what is not a number becomes 0.
+#[inline(always)]
+fn fold8<S: Simd>(simd: S, u: f32x8<S>, wrap: Wrap) -> f32x8<S> {
+    let (zero, one) = (f32x8::splat(simd, 0.0), f32x8::splat(simd, 1.0));
+    let folded = match wrap {
+        Wrap::Repeat => u - u.floor(),
+        Wrap::Mirror => {
+            let folded = u - (u * 0.5).floor() * 2.0;
+            folded.simd_gt(one).select(one + one - folded, folded)
+        }
+        Wrap::Clamp => u.simd_lt(one).select(u, u.simd_ge(one).select(one, zero)),
+    };
+    folded.simd_ge(zero).select(folded, zero) // NaN, also from an infinity
+}
+
+/// Texels along one axis of each level; see [`crate::texture`].
+#[inline(always)]
+fn side<S: Simd>(simd: S, base: u32, level: i32x8<S>) -> i32x8<S> {
+    let one = i32x8::splat(simd, 1);
+    let halved = simd.shrv_i32x8(i32x8::splat(simd, base as i32), level);
+    halved.simd_gt(one).select(halved, one)
+}
+
+/// The texel whose centre is the last before a place in 0..=1, and how far it is from there to the
+/// next, which is the one after in memory.
+#[inline(always)]
+fn neighbours8<S: Simd>(simd: S, place: f32x8<S>, n: i32x8<S>, wrap: Wrap) -> (i32x8<S>, f32x8<S>) {
+    let (zero, n) = (f32x8::splat(simd, 0.0), f32x8::float_from(n));
+    let last = n - 1.0;
+    let x = place * n - 0.5;
+    let before = x.simd_lt(zero);
+    if wrap == Wrap::Repeat {
+        let x = before.select(x + n, x);
+        // Where a sum is rounded up to n, the way from the last texel is a whole one.
+        let i = x.simd_lt(n).select(x, last);
+        let i = i32x8::truncate_from(i);
+        return (i, x - f32x8::float_from(i));
+    }
+    let x = before.select(zero, x);
+    let x = x.simd_lt(last).select(x, last);
+    let i = i32x8::truncate_from(x);
+    (i, x - f32x8::float_from(i))
+}
+
+#[cfg(test)]
+mod tests {
+    use fearless_simd::{Level, dispatch};
+
+    use super::*;
+
+    fn log2(x: f32) -> f32 {
+        #[inline(always)]
+        fn first<S: Simd>(simd: S, x: f32) -> f32 {
+            <[f32; 8]>::from(log2_8(f32x8::splat(simd, x)))[0]
+        }
+        dispatch!(Level::new(), simd => first(simd, x))
+    }
+
+    #[test]
+    fn logarithms_are_within_their_stated_error() {
+        for bits in (1.0_f32.to_bits()..f32::MAX.to_bits()).step_by(4099) {
+            let x = f32::from_bits(bits);
+            let exact = libm::log2(f64::from(x));
+            let error = (f64::from(log2(x)) - exact).abs();
+            assert!(error <= 2e-7 + 1e-7 * exact, "{error:e} at {x:e}");
+        }
+        for exponent in 0..128 {
+            assert_eq!(log2(f32::from_bits((127 + exponent) << 23)), exponent as f32);
+        }
+        assert_eq!(log2(f32::INFINITY), 128.0);
+    }
+}

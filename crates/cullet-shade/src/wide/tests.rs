@@ -1,0 +1,321 @@
+//! Wide code against the plain code, and against itself in other groups.
+
+use cullet_raster::{BLOCK, Interpolator, Placement};
+use cullet_scene::{Material, Mesh, Sampler, TextureRef, Wrap};
+use cullet_transform::{Camera, ClipPoint, PlaneMask, Projection, View, Viewport};
+use fearless_simd::Level;
+use glam::{DAffine3, DVec3, Vec2, Vec3, Vec4};
+use proptest::prelude::*;
+
+use super::*;
+use crate::reference;
+use crate::testing::{Random, config, levels, noise, plain};
+use crate::{Filter, Light, Look, Needs, Shading, Surface, Texture, Triangle, shade};
+
+const WRAPS: [Wrap; 3] = [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp];
+const SIZE: u32 = 128;
+const BITS: u32 = 8;
+
+fn look(filter: Filter, simd: Level) -> Look {
+    Look { light: Light::default(), filter, simd }
+}
+
+fn textured(transform: Option<glam::Affine2>) -> Material {
+    let base_color_texture = Some(TextureRef { texture: 0, uv_set: 0, transform });
+    Material { base_color_texture, ..Material::default() }
+}
+
+/// The sampler alone: unlit, white, at a place given by its planes.
+fn sampled(texture: &Texture, uv: Vec2, ddx: Vec2, ddy: Vec2, filter: Filter, simd: Level) -> Vec4 {
+    let (mesh, material) = (Mesh::default(), textured(None));
+    let surface = Surface::new(&mesh, &material, Some(texture), DAffine3::IDENTITY);
+    let record = Record {
+        at: [1.0, uv.x, uv.y, 0.0, 0.0, 0.0, 0.0, 0.0],
+        ddx: [0.0, ddx.x, ddx.y, 0.0, 0.0, 0.0, 0.0, 0.0],
+        ddy: [0.0, ddy.x, ddy.y, 0.0, 0.0, 0.0, 0.0, 0.0],
+        anchor: [0.0; 2],
+    };
+    let mut out = [Vec4::NAN];
+    let of = Paint::new(&surface, Needs::TEXTURE, &look(filter, simd));
+    let mut left = Vec::new();
+    paint(&of, &[Pixel::default()], &[record], &[], &mut Out::Linear(&mut out), &mut left);
+    assert!(left.is_empty());
+    out[0]
+}
+
+proptest! {
+    #![proptest_config(config(2000))]
+
+    #[test]
+    fn every_instruction_set_samples_as_the_reference(
+        size in (1..40_u32, 1..40_u32),
+        uv in (-3.0..3.0_f32, -3.0..3.0_f32),
+        derivatives in prop::array::uniform4(-0.3..0.3_f32),
+        scale in 0..12,
+        wraps in (0..3_usize, 0..3_usize),
+    ) {
+        let (wrap_u, wrap_v) = (WRAPS[wraps.0], WRAPS[wraps.1]);
+        let sampler = Sampler { wrap_u, wrap_v, ..Sampler::default() };
+        let texture = Texture::new(&noise(size.0, size.1, 3), sampler);
+        let [a, b, c, d] = derivatives.map(|d| d / (1 << scale) as f32);
+        let (uv, ddx, ddy) = (Vec2::from(uv), Vec2::new(a, b), Vec2::new(c, d));
+        let [place, ddx64, ddy64] = [uv, ddx, ddy].map(|v| v.as_dvec2());
+        let lod = reference::lod(&texture, ddx64, ddy64);
+        let level_is_clear = (lod.fract() - 0.5).abs() > 1e-5;
+        for filter in [Filter::Nearest, Filter::Bilinear, Filter::Trilinear] {
+            if filter != Filter::Trilinear && !level_is_clear {
+                continue;
+            }
+            let exact = reference::sample(&texture, place, ddx64, ddy64, filter);
+            let color = sampled(&texture, uv, ddx, ddy, filter, Level::new());
+            let error = (color.as_dvec4() - exact).truncate().abs().max_element();
+            prop_assert!(error < 1e-5, "{filter:?} {color} {exact} {error:e}");
+            for (name, level) in levels() {
+                let other = sampled(&texture, uv, ddx, ddy, filter, level);
+                prop_assert_eq!(other, color, "{}", name);
+            }
+        }
+    }
+}
+
+#[test]
+fn extreme_places_and_sizes_stay_inside() {
+    let extremes = [0.0, 1.0, -1e-45, 0.1, 1e9, -1e30, f32::MAX, f32::NEG_INFINITY, f32::NAN];
+    for (width, height) in [(1, 1), (1, 5), (16384, 1), (3, 7)] {
+        for wrap in WRAPS {
+            let sampler = Sampler { wrap_u: wrap, wrap_v: wrap, ..Sampler::default() };
+            let texture = Texture::new(&plain(width, height, [255; 4]), sampler);
+            for (&u, &d) in extremes.iter().flat_map(|u| extremes.iter().map(move |d| (u, d))) {
+                let (uv, ddx, ddy) = (Vec2::new(u, d), Vec2::new(d, u), Vec2::splat(d));
+                for filter in [Filter::Bilinear, Filter::Trilinear] {
+                    let color = sampled(&texture, uv, ddx, ddy, filter, Level::new());
+                    assert_eq!(color, Vec4::ONE);
+                }
+            }
+        }
+    }
+}
+
+/// The first and the last texel are neighbours where the picture repeats, however the place is
+/// rounded.
+#[test]
+fn texels_meet_across_the_border() {
+    let image = cullet_scene::Image {
+        width: 2,
+        height: 1,
+        rgba: vec![0, 0, 0, 255, 255, 255, 255, 255],
+        ..Default::default()
+    };
+    let texture = Texture::new(&image, Sampler::default());
+    for (u, expected) in [(0.0, 0.5), (1.0, 0.5), (-0.125, 0.75), (0.125, 0.25), (0.25, 0.0)] {
+        let uv = Vec2::new(u, 0.5);
+        let color = sampled(&texture, uv, Vec2::ZERO, Vec2::ZERO, Filter::Bilinear, Level::new());
+        assert!((color.x - expected).abs() < 1e-6, "{u}: {color}");
+    }
+    for u in [0.25_f32.next_down(), 0.25_f32.next_up(), -1e-9, 1e-9] {
+        let uv = Vec2::new(u, -1e-9);
+        let color = sampled(&texture, uv, Vec2::ZERO, Vec2::ZERO, Filter::Bilinear, Level::new());
+        let exact = reference::sample(
+            &texture,
+            uv.as_dvec2(),
+            glam::DVec2::ZERO,
+            glam::DVec2::ZERO,
+            Filter::Bilinear,
+        );
+        assert!((f64::from(color.x) - exact.x).abs() < 1e-6, "{u}: {color}");
+    }
+}
+
+/// Everything a triangle can ask for.
+fn mesh(random: &mut Random, corners: [Vec3; 3]) -> Mesh {
+    let list = |random: &mut Random, low, high| -> Vec<Vec4> {
+        (0..3).map(|_| Vec4::from_array([0; 4].map(|_| random.within(low, high)))).collect()
+    };
+    let offset = Vec2::new(random.within(-50.0, 50.0), random.within(-50.0, 50.0));
+    let uvs = list(random, -1.0, 1.0);
+    let normals = list(random, -1.0, 1.0);
+    Mesh {
+        positions: corners.to_vec(),
+        triangles: vec![[0, 1, 2]],
+        normals: Some(normals.iter().map(|n| n.truncate() + Vec3::Y * 1.5).collect()),
+        uvs: [Some(uvs.iter().map(|uv| uv.truncate().truncate() + offset).collect()), None],
+        colors: Some(list(random, 0.0, 1.0)),
+        ..Mesh::default()
+    }
+}
+
+fn view() -> View {
+    let lens = Projection::Perspective { yfov: 1.0, near: 0.1, far: f64::INFINITY };
+    let camera = Camera::look_at(DVec3::ZERO, DVec3::NEG_Z, DVec3::Y, lens).unwrap();
+    View::new(&camera, Viewport::new(SIZE, SIZE).unwrap())
+}
+
+/// One triangle as wide code and plain code see it at `places`, px of the whole picture.
+struct Seen<'a> {
+    surface: Surface<'a>,
+    needs: Needs,
+    view: View,
+    planes: PlaneMask,
+}
+
+impl Seen<'_> {
+    fn wide(&self, places: &[[f32; 2]], look: &Look) -> (Vec<Vec4>, Vec<u32>) {
+        let mut out = vec![Vec4::NAN; places.len()];
+        let mut all_left = Vec::new();
+        let clip_from_model = self.view.clip_from_model(&self.surface.world_from_model);
+        let placement = Placement::<BITS>::new(clip_from_model, self.view.viewport(), self.planes);
+        let block_of = |place: &[f32; 2]| place.map(|at| at as u32 / BLOCK * BLOCK);
+        let mut blocks: Vec<[u32; 2]> = places.iter().map(block_of).collect();
+        blocks.sort();
+        blocks.dedup();
+        for block in blocks {
+            let group = Group {
+                surface: self.surface,
+                placement: &placement,
+                needs: self.needs,
+                mirrored: false,
+                light: look.light,
+                block,
+            };
+            let (mut record, mut colors) = ([Record::default()], [ColorPlanes::default()]);
+            set_up(look.simd, &group, &[(0, 0)], &mut record, &mut colors);
+            let pixels: Vec<Pixel> = (0..)
+                .zip(places)
+                .filter(|(_, place)| block_of(place) == block)
+                .map(|(out, place)| {
+                    let [x, y] = [0, 1].map(|axis| place[axis] - block[axis] as f32);
+                    Pixel { record: 0, out, x, y }
+                })
+                .collect();
+            let of = Paint::new(&self.surface, self.needs, look);
+            let mut left = Vec::new();
+            paint(&of, &pixels, &record, &colors, &mut Out::Linear(&mut out), &mut left);
+            all_left.extend(left.iter().map(|&i| pixels[i as usize].out));
+        }
+        (out, all_left)
+    }
+
+    fn interpolator(&self) -> Interpolator {
+        let clip_from_model = self.view.clip_from_model(&self.surface.world_from_model);
+        let corners = [0, 1, 2].map(|i| {
+            let position = self.surface.mesh.positions[i].as_dvec3();
+            ClipPoint::from_model(&clip_from_model, position)
+        });
+        Interpolator::new::<BITS>(self.view.viewport(), &corners, self.planes)
+    }
+
+    fn plain(&self, place: [f32; 2], look: &Look) -> Vec4 {
+        let interpolator = self.interpolator();
+        let front = !interpolator.is_clockwise();
+        let triangle = Triangle { surface: self.surface, corners: [0, 1, 2], front };
+        shade(self.needs, &triangle, look, &interpolator.fragment_at(place.map(f64::from)))
+    }
+
+    /// Pixel centres well inside the triangle, in front of the eye.
+    fn inside(&self) -> Vec<[f32; 2]> {
+        let interpolator = self.interpolator();
+        let centres = (0..SIZE * SIZE).map(|i| [i % SIZE, i / SIZE].map(|at| at as f32 + 0.5));
+        centres
+            .filter(|place| {
+                let fragment = interpolator.fragment_at(place.map(f64::from));
+                let [a, b, c] = [0, 1, 2].map(|i| {
+                    let position = self.surface.mesh.positions[i].as_dvec3();
+                    fragment.weights[i] * position.z
+                });
+                // Where all shares are negative, behind the eye, weights are a third each.
+                let is_there = fragment.weights != DVec3::splat(1.0 / 3.0);
+                is_there && fragment.weights.min_element() > 0.0 && a + b + c < -0.1
+            })
+            .collect()
+    }
+}
+
+/// Errors of colours, of the order of those of attributes relative to their range.
+fn errors(name: &str, n: usize, corners: impl Fn(&mut Random) -> [Vec3; 3]) -> Vec<f32> {
+    let random = &mut Random::new(7);
+    let (mut errors, mut n_left) = (Vec::new(), 0);
+    for i in 0..n {
+        let corners = corners(random);
+        let mesh = mesh(random, corners);
+        // Smooth textures, so that a colour tells where it was sampled and not more.
+        let texture = Texture::new(&noise(2, 2, i as u64), Sampler::default());
+        let material = textured(None);
+        let surface = Surface::new(&mesh, &material, Some(&texture), DAffine3::IDENTITY);
+        let all = Needs::of(&mesh, &material, Shading::Lambert);
+        let unlit = Needs::of(&mesh, &material, Shading::Unlit);
+        for needs in [all, unlit, Needs::TEXTURE, Needs::LIT, Needs::VERTEX_COLOR] {
+            let seen = Seen { surface, needs, view: view(), planes: PlaneMask::ALL };
+            let mut places = seen.inside();
+            places.truncate(200);
+            let look = look(Filter::Trilinear, Level::new());
+            let (colors, left) = seen.wide(&places, &look);
+            n_left += left.len();
+            for (i, (place, color)) in places.iter().zip(&colors).enumerate() {
+                if !left.contains(&(i as u32)) {
+                    errors.push((*color - seen.plain(*place, &look)).abs().max_element());
+                }
+            }
+        }
+    }
+    errors.sort_by(f32::total_cmp);
+    let len = errors.len();
+    assert!(n_left * 50 < len, "{name}: {n_left} of {len} left");
+    errors
+}
+
+#[track_caller]
+fn check_errors(errors: &[f32], p99: f32, worst: f32) {
+    assert!(errors.len() > 10_000);
+    let found = (errors[errors.len() * 99 / 100], errors[errors.len() - 1]);
+    assert!(found.0 <= p99 && found.1 <= worst, "{found:?}");
+}
+
+/// Corners around one place of the picture, `spread` apart, at distances `near..far`.
+fn seen_corners(random: &mut Random, spread: f32, near: f32, far: f32) -> [Vec3; 3] {
+    let middle = [random.within(-0.4, 0.4), random.within(-0.4, 0.4)];
+    [0; 3].map(|_| {
+        let distance = random.within(near, far);
+        let [x, y] = middle.map(|m| (m + random.within(-spread, spread)) * distance);
+        Vec3::new(x, y, -distance)
+    })
+}
+
+#[test]
+fn colours_are_those_of_the_plain_code() {
+    let large = errors("large", 60, |r| seen_corners(r, 0.7, 0.5, 20.0));
+    check_errors(&large, 1e-5, 1e-4);
+    let small = errors("small", 4000, |r| seen_corners(r, 0.02, 2.0, 3.0));
+    check_errors(&small, 1e-5, 1e-4);
+    let cut = errors("cut", 150, |r| {
+        [0; 3].map(|_| Vec3::from_array([0; 3].map(|_| r.within(-6.0, 6.0))))
+    });
+    check_errors(&cut, 1e-5, 1e-4);
+}
+
+#[test]
+fn groups_and_instruction_sets_change_nothing() {
+    let random = &mut Random::new(3);
+    let corners =
+        [Vec3::new(-3.0, -1.0, -2.0), Vec3::new(4.0, -2.0, -5.0), Vec3::new(0.0, 3.0, -4.0)];
+    let mesh = mesh(random, corners);
+    let texture = Texture::new(&noise(13, 9, 5), Sampler::default());
+    let material = textured(Some(glam::Affine2::from_angle(0.3)));
+    let surface = Surface::new(&mesh, &material, Some(&texture), DAffine3::IDENTITY);
+    let needs = Needs::of(&mesh, &material, Shading::Lambert);
+    let seen = Seen { surface, needs, view: view(), planes: PlaneMask::ALL };
+    let mut places = seen.inside();
+    places.truncate(1003);
+    let look = look(Filter::Trilinear, Level::new());
+    let (all, _) = seen.wide(&places, &look);
+    for (name, simd) in levels() {
+        assert_eq!(seen.wide(&places, &Look { simd, ..look }).0, all, "{name}");
+    }
+    for (place, color) in places.iter().zip(&all) {
+        assert_eq!(seen.wide(&[*place], &look).0[0], *color);
+    }
+    let mut backwards = places.clone();
+    backwards.reverse();
+    let (mut colors, _) = seen.wide(&backwards, &look);
+    colors.reverse();
+    assert_eq!(colors, all);
+}
