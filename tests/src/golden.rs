@@ -4,7 +4,7 @@
 
 use std::path::{Path, PathBuf};
 
-use cullet::{Frame, Settings, frame_scene};
+use cullet::{Antialias, Frame, Settings, frame_scene};
 
 use crate::{own_cameras, prepare_file, render, root, shipped_scenes};
 
@@ -55,7 +55,12 @@ impl Golden {
         let aspect = f64::from(SIZE[0]) / f64::from(SIZE[1]);
         let own = own_cameras(&prepared).into_iter().next().filter(|_| self.own_camera);
         let camera = own.unwrap_or_else(|| frame_scene(&prepared, aspect));
-        render(&prepared, &camera, SIZE, &Settings::default())
+        render(
+            &prepared,
+            &camera,
+            SIZE,
+            &Settings { antialias: Antialias::None, ..Settings::default() },
+        )
     }
 }
 

@@ -35,6 +35,9 @@ fn variants() -> Vec<Settings> {
             variants.push(Settings { threads: 1 + i % 3, cull, hierarchy, ..settings() });
         }
     }
+    for (tile_px, occlusion) in [(32, true), (64, false), (128, true), (24, false)] {
+        variants.push(Settings { tile_px, occlusion, threads: 2, ..settings() });
+    }
     for (_, simd) in levels() {
         variants.push(Settings { threads: 7, simd, ..settings() });
     }

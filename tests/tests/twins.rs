@@ -2,7 +2,7 @@
 
 use cullet::raster::{DepthFormat, ReversedF32, snap};
 use cullet::transform::{ClipPoint, View, Viewport};
-use cullet::{Camera, CullTest, Frame, Prepared, RendererKind, Settings};
+use cullet::{Antialias, Camera, CullTest, Frame, Prepared, RendererKind, Settings};
 use cullet_tests::{all_passes, cameras, long_mode, prepare_file, real_models, render};
 use glam::{DVec2, DVec3};
 
@@ -17,7 +17,13 @@ const MAX_DIFFERING: f64 = 0.002;
 /// The twin is asked without culling, so that a false cull shows.
 fn frame(prepared: &Prepared, camera: &Camera, renderer: RendererKind) -> Frame {
     let cull = if renderer == RendererKind::Raster { CullTest::Both } else { CullTest::None };
-    let settings = Settings { passes: all_passes(), renderer, cull, ..Settings::default() };
+    let settings = Settings {
+        passes: all_passes(),
+        renderer,
+        cull,
+        antialias: Antialias::None,
+        ..Settings::default()
+    };
     render(prepared, camera, SIZE, &settings)
 }
 

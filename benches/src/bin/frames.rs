@@ -23,7 +23,8 @@ fn main() {
     ]);
     for path in scenes {
         let (prepared, view) = prepare(&path, viewport);
-        let culled = Settings { threads: 1, ..Settings::default() };
+        let culled =
+            Settings { threads: 1, antialias: cullet::Antialias::None, ..Settings::default() };
         let whole = Settings { cull: CullTest::None, ..culled };
         let (mut renderer, mut frame) = (Renderer::default(), Frame::default());
         let mut stats = renderer.render(&prepared, &view, &culled, &mut frame);

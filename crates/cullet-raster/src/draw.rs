@@ -15,9 +15,7 @@ use crate::fill::{KeepSample, TileDepth, TileTriangle, fill, fill_blocks, fill_p
 use crate::fixed::Fixed;
 use crate::placed::{Lens, Placed};
 use crate::samples::{Offset, Samples};
-use crate::setup::{
-    Facing, Outcome, ScreenTriangle, SetupCounters, Vertex, doubled_area, finish, whole,
-};
+use crate::setup::{Facing, Outcome, ScreenTriangle, SetupCounters, doubled_area, finish, whole};
 use crate::tile::{BLOCK, TileBuffer, TileRect};
 
 /// Subpixel bits of the fast path.
@@ -132,6 +130,13 @@ impl<const N: usize> Job<'_, '_, N> {
         }
     }
 
+    #[inline(always)]
+    fn corners(&self, triangle: usize) -> [usize; 3] {
+        // No `map`: its closures would not be compiled for the instruction set.
+        let [a, b, c, _] = self.cluster.corners[triangle];
+        [a as usize, b as usize, c as usize]
+    }
+
     /// Triangles `first..first + n`.
     #[inline(always)]
     fn eight<S: Simd>(&mut self, simd: S, first: usize, n: usize) {
@@ -139,13 +144,13 @@ impl<const N: usize> Job<'_, '_, N> {
         let (mut x, mut y) = ([[0; 8]; 3], [[0; 8]; 3]);
         let mut plain = 0xffu64 >> (8 - n);
         for lane in 0..n {
-            let [a, b, c, _] = self.cluster.corners[first + lane].map(usize::from);
+            let [a, b, c] = self.corners(first + lane);
             (x[0][lane], x[1][lane], x[2][lane]) = (placed.x[a], placed.x[b], placed.x[c]);
             (y[0][lane], y[1][lane], y[2][lane]) = (placed.y[a], placed.y[b], placed.y[c]);
         }
         if placed.special {
             for lane in 0..n {
-                let [a, b, c, _] = self.cluster.corners[first + lane].map(usize::from);
+                let [a, b, c] = self.corners(first + lane);
                 let placed = &self.scratch.placed;
                 if placed.outside[a] & placed.outside[b] & placed.outside[c] != 0 {
                     self.drawn.triangles.n_outside += 1;
@@ -212,7 +217,7 @@ impl<const N: usize> Job<'_, '_, N> {
             while todo != 0 {
                 let lane = todo.trailing_zeros() as usize;
                 todo &= todo - 1;
-                let [a, b, c, _] = self.cluster.corners[first + lane].map(usize::from);
+                let [a, b, c] = self.corners(first + lane);
                 let depth = &self.scratch.placed.depth;
                 let id = self.object.first_id + self.cluster.ids[first + lane];
                 let triangle = eight.triangle(lane, id, [depth[a], depth[b], depth[c]]);
@@ -244,28 +249,28 @@ impl<const N: usize> Job<'_, '_, N> {
     #[inline(never)]
     fn set_up_one(&mut self, index: usize, out: &mut Vec<ScreenTriangle>) {
         let [x, y, z] = self.cluster.positions;
-        let [a, b, c, _] = self.cluster.corners[index].map(usize::from);
+        let [a, b, c] = self.corners(index);
         let id = self.object.first_id + self.cluster.ids[index];
         let facing = self.object.facing;
-        let points = [a, b, c].map(|i| {
+        let point = |i: usize| {
             let point = DVec3::new(x[i].into(), y[i].into(), z[i].into());
             ClipPoint::from_model(&self.lens.clip_from_model, point)
-        });
+        };
         let placed = &self.scratch.placed;
         let cuts = PlaneMask::from_bits(placed.cuts[a] | placed.cuts[b] | placed.cuts[c]);
         let counters = &mut self.drawn.triangles;
         let outcome = if cuts.is_empty() {
-            let corners = [(a, points[0]), (b, points[1]), (c, points[2])].map(|(i, clip)| {
-                let at = Fixed { x: placed.x[i].into(), y: placed.y[i].into() };
-                Vertex::whole(clip, at, placed.depth[i])
-            });
-            whole(corners.each_ref(), facing, id, out)
-        } else if points.iter().all(ClipPoint::is_finite) {
+            let at = |i: usize| Fixed { x: placed.x[i].into(), y: placed.y[i].into() };
+            let depth = [placed.depth[a], placed.depth[b], placed.depth[c]];
+            whole([at(a), at(b), at(c)], depth, facing, id, out)
+        } else {
+            let points = [point(a), point(b), point(c)];
+            if !points.iter().all(ClipPoint::is_finite) {
+                counters.n_not_finite += 1;
+                return;
+            }
             let polygon = self.lens.guard.clip(Polygon::triangle(&points), cuts);
             finish::<BITS>(self.lens.viewport, polygon.corners(), facing, id, out)
-        } else {
-            counters.n_not_finite += 1;
-            return;
         };
         match outcome {
             Outcome::Drawn => {
@@ -339,31 +344,35 @@ impl Eight {
     /// The triangle in `lane`; `depth` in the order of the mesh.
     #[inline(always)]
     fn triangle(&self, lane: usize, id: u32, depth: [f64; 3]) -> TileTriangle {
-        let of = |list: &[[i32; 8]; 3]| [list[0][lane], list[1][lane], list[2][lane]];
-        let (left, down) = (of(&self.left), of(&self.down));
+        let (left, down) = (lane_of(&self.left, lane), lane_of(&self.down, lane));
         let area = self.area[lane];
         let [a, b, c] = depth;
         let depth = if area > 0 { [a, b, c] } else { [a, c, b] };
-        let corner = [self.corner[0][lane], self.corner[1][lane]].map(i64::from);
+        let corner = [i64::from(self.corner[0][lane]), i64::from(self.corner[1][lane])];
         TileTriangle {
             id,
             rect: TileRect {
                 x: [self.x[0][lane] as usize, self.x[1][lane] as usize],
                 y: [self.y[0][lane] as usize, self.y[1][lane] as usize],
             },
-            value: of(&self.value),
-            rest: of(&self.rest),
+            value: lane_of(&self.value, lane),
+            rest: lane_of(&self.rest, lane),
             left,
             down,
             depth: depth_plane(
                 depth,
-                left.map(i64::from),
-                down.map(i64::from),
+                [left[0].into(), left[1].into(), left[2].into()],
+                [down[0].into(), down[1].into(), down[2].into()],
                 f64::from(area.wrapping_abs()),
                 corner,
             ),
         }
     }
+}
+
+#[inline(always)]
+fn lane_of(list: &[[i32; 8]; 3], lane: usize) -> [i32; 3] {
+    [list[0][lane], list[1][lane], list[2][lane]]
 }
 
 /// The plane of [`crate::cover`], from edges per pixel in subpixel units.
@@ -376,18 +385,17 @@ fn depth_plane(
     corner: [i64; 2],
 ) -> TileDepth {
     let inverse_area = 1.0 / area;
-    let px = |units: i64| units as f64 / f64::from(1u32 << BITS) - 0.5;
-    let slope = |second: i64, third: i64| {
-        ((b - a) * (second << BITS) as f64 + (c - a) * (third << BITS) as f64) * inverse_area
-    };
-    let (low, high) = (least(least(a, b), c), greatest(greatest(a, b), c));
+    let unit = f64::from(1u32 << BITS);
+    let [ab, ac] = [b - a, c - a];
+    let [dx1, dx2] = [(-left[1] << BITS) as f64, (-left[2] << BITS) as f64];
+    let [dy1, dy2] = [(down[1] << BITS) as f64, (down[2] << BITS) as f64];
     TileDepth {
         depth: a,
-        origin: [px(corner[0]), px(corner[1])],
-        ddx: slope(-left[1], -left[2]),
-        ddy: slope(down[1], down[2]),
-        low,
-        high,
+        origin: [corner[0] as f64 / unit - 0.5, corner[1] as f64 / unit - 0.5],
+        ddx: (ab * dx1 + ac * dx2) * inverse_area,
+        ddy: (ab * dy1 + ac * dy2) * inverse_area,
+        low: least(least(a, b), c),
+        high: greatest(greatest(a, b), c),
     }
 }
 
@@ -399,6 +407,16 @@ fn least(a: f64, b: f64) -> f64 {
 #[inline(always)]
 fn greatest(a: f64, b: f64) -> f64 {
     if b > a { b } else { a }
+}
+
+/// The pixels of a tile, along one axis, whose samples may lie between corners.
+#[inline(always)]
+fn pixels([a, b, c]: [i64; 3], origin: i32, reach: i64, side: i64) -> [i64; 2] {
+    let unit = 1i64 << BITS;
+    let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+    let first = ((low - unit / 2 - reach + unit - 1) >> BITS) - i64::from(origin);
+    let end = ((high - unit / 2 + reach) >> BITS) + 1 - i64::from(origin);
+    [first.max(0), end.min(side)]
 }
 
 /// A screen triangle beside a tile.
@@ -416,15 +434,10 @@ fn in_tile(tile: &TileBuffer, triangle: &ScreenTriangle) -> Place {
     let unit = 1i64 << BITS;
     let reach = 16 * i64::from(tile.samples().reach());
     let side = tile.side() as i64;
-    let range = |values: [i64; 3], origin: i32| {
-        let low = values[0].min(values[1]).min(values[2]);
-        let high = values[0].max(values[1]).max(values[2]);
-        let first = ((low - unit / 2 - reach + unit - 1) >> BITS) - i64::from(origin);
-        let end = ((high - unit / 2 + reach) >> BITS) + 1 - i64::from(origin);
-        [first.max(0), end.min(side)]
-    };
-    let x = range(triangle.corners.map(|c| c.x), tile.origin()[0]);
-    let y = range(triangle.corners.map(|c| c.y), tile.origin()[1]);
+    let [a, b, c] = triangle.corners;
+    let [left_px, top_px] = tile.origin();
+    let x = pixels([a.x, b.x, c.x], left_px, reach, side);
+    let y = pixels([a.y, b.y, c.y], top_px, reach, side);
     if x[0] >= x[1] || y[0] >= y[1] {
         return Place::Outside;
     }
@@ -433,7 +446,7 @@ fn in_tile(tile: &TileBuffer, triangle: &ScreenTriangle) -> Place {
     let x = [x[0] / block * block, (x[1] + block - 1) / block * block];
     let mut out = TileTriangle {
         id: triangle.id,
-        rect: TileRect { x: x.map(|v| v as usize), y: y.map(|v| v as usize) },
+        rect: TileRect { x: [x[0] as usize, x[1] as usize], y: [y[0] as usize, y[1] as usize] },
         value: [0; 3],
         rest: [0; 3],
         left: [0; 3],
@@ -441,8 +454,8 @@ fn in_tile(tile: &TileBuffer, triangle: &ScreenTriangle) -> Place {
         depth: TileDepth { depth: 0.0, origin: [0.0; 2], ddx: 0.0, ddy: 0.0, low: 0.0, high: 0.0 },
     };
     let (px, py) = (
-        (x[0] + i64::from(tile.origin()[0])) * unit + unit / 2,
-        (y[0] + i64::from(tile.origin()[1])) * unit + unit / 2,
+        (x[0] + i64::from(left_px)) * unit + unit / 2,
+        (y[0] + i64::from(top_px)) * unit + unit / 2,
     );
     let (mut left, mut down) = ([0; 3], [0; 3]);
     for edge in 0..3 {
@@ -453,13 +466,12 @@ fn in_tile(tile: &TileBuffer, triangle: &ScreenTriangle) -> Place {
         let value = run * (py - from.y) - drop * (px - from.x) - least;
         // Between the first sample and the last one of the rectangle.
         let (columns, rows) = ((x[1] - x[0] - 1) * unit, (y[1] - y[0] - 1) * unit);
-        let along = |step: i64, way: i64| [-step.abs() * reach, step.abs() * reach, step * way];
-        let ([low_x, high_x, way_x], [low_y, high_y, way_y]) =
-            (along(-drop, columns), along(run, rows));
-        if value + high_x + way_x.max(0) + high_y + way_y.max(0) < 0 {
+        let (way_x, way_y) = (-drop * columns, run * rows);
+        let spread = (drop.abs() + run.abs()) * reach;
+        if value + spread + way_x.max(0) + way_y.max(0) < 0 {
             return Place::Outside;
         }
-        if value + low_x + way_x.min(0) + low_y + way_y.min(0) >= 0 {
+        if value - spread + way_x.min(0) + way_y.min(0) >= 0 {
             continue;
         }
         // Lanes of a group may lie a group's width beside the rectangle.
@@ -480,7 +492,9 @@ fn in_tile(tile: &TileBuffer, triangle: &ScreenTriangle) -> Place {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::setup::Vertex;
     use crate::testing::levels;
+    use crate::tile::CENTRE_COVERED;
 
     /// Pseudo-random numbers in `0..1`.
     struct Random(u64);
@@ -560,6 +574,7 @@ mod tests {
             };
             counters += crate::set_up(&placer, &input, &mut out);
         }
+        let flag_bit = if samples == Samples::One { 0 } else { CENTRE_COVERED };
         let nothing = vec![(0, crate::NO_TRIANGLE); (SIZE * SIZE) as usize];
         let planes = samples.offsets().iter().map(|offset| {
             let mut plane = nothing.clone();
@@ -584,8 +599,15 @@ mod tests {
                     let at = depth.at(row, x as f64 + f64::from(offset[0]) / 16.0);
                     let key = reversed_key(at as f32);
                     let old = &mut plane[(y * i64::from(SIZE) + x) as usize];
-                    if key > old.0 || (key == old.0 && triangle.id < old.1) {
-                        *old = (key, triangle.id);
+                    let flag = match samples != Samples::One
+                        && crate::reference::covers::<8>(triangle.corners, x, y)
+                    {
+                        true => CENTRE_COVERED,
+                        false => 0,
+                    };
+                    let known = if old.1 == crate::NO_TRIANGLE { old.1 } else { old.1 & !flag_bit };
+                    if key > old.0 || (key == old.0 && triangle.id < known) {
+                        *old = (key, triangle.id | flag);
                     }
                 }
             }

@@ -12,9 +12,9 @@ use fearless_simd::{Simd, f64x4, i32x8, mask32x8, prelude::*, u32x8};
 
 use crate::cover::{DepthPlane, Edges};
 use crate::depth::{DepthFormat, reversed_key};
-use crate::samples::Offset;
+use crate::samples::{Offset, Samples};
 use crate::setup::ScreenTriangle;
-use crate::tile::{BLOCK, TileBuffer, TileRect};
+use crate::tile::{BLOCK, CENTRE_COVERED, TileBuffer, TileRect};
 
 /// A triangle within one tile.
 #[derive(Clone, Copy, Debug)]
@@ -260,6 +260,13 @@ impl<S: Simd, const N: usize> Column<S, N> {
         let (none, one) = (i32x8::splat(simd, 0), i32x8::splat(simd, 1));
         let mut written = none;
         for row in rows[0]..rows[1] {
+            let id = match (N, EDGES) {
+                (1, _) => id,
+                (_, false) => id | CENTRE_COVERED,
+                (_, true) => {
+                    (values[0] | values[1] | values[2]).simd_ge(0).select(id | CENTRE_COVERED, id)
+                }
+            };
             for sample in 0..N {
                 let mut covered = mask32x8::splat(simd, true);
                 if EDGES {
@@ -293,7 +300,11 @@ impl<S: Simd, const N: usize> Column<S, N> {
                 }
                 let ids: &mut [u32; 8] = eight(ids, ids_start + start);
                 let old_id = u32x8::simd_from(simd, *ids);
-                let wins = nearer & (key.simd_gt(old_key) | id.simd_lt(old_id));
+                let lower = match N {
+                    1 => id.simd_lt(old_id),
+                    _ => (id & !CENTRE_COVERED).simd_lt(old_id & !CENTRE_COVERED),
+                };
+                let wins = nearer & (key.simd_gt(old_key) | lower);
                 if let Some(keep) = &mut keep {
                     let [x, y] = self.offsets[sample];
                     let place = [16 * left + 8 + x, 16 * (top as i32 + row as i32) + 8 + y];
@@ -343,6 +354,7 @@ pub(crate) fn fill_plain<D: DepthFormat, const BITS: u32>(
     tile.touch(rect);
     let (stride, plane) = (tile.stride(), tile.plane());
     let [left, top] = tile.origin().map(i64::from);
+    let several = tile.samples() != Samples::One;
     let mut written = 0;
     let centre = Edges::new::<BITS>(triangle, [0, 0]);
     let depth = DepthPlane::new::<BITS>(triangle, &centre);
@@ -356,15 +368,24 @@ pub(crate) fn fill_plain<D: DepthFormat, const BITS: u32>(
             let columns = rect.x.map(|column| left + column as i64);
             let (first, last) = edges.row::<BITS>(y).covered(columns[0], columns[1]);
             let in_row = depth.row(y as f64 + y_shift);
+            let (centre_first, centre_last) = centre.row::<BITS>(y).covered(columns[0], columns[1]);
             for x in first..last {
                 let at = sample * plane + row * stride + (x - left) as usize;
                 let (key_at, id_at) = (tile.starts[0] + at, tile.starts[1] + at);
                 let key = D::key(D::encode(depth.at(in_row, x as f64 + x_shift)));
                 let old = (tile.keys[key_at], tile.ids[id_at]);
-                let wins = key > old.0 || (key == old.0 && triangle.id < old.1);
+                let lower = match several {
+                    true => triangle.id < old.1 & !CENTRE_COVERED,
+                    false => triangle.id < old.1,
+                };
+                let wins = key > old.0 || (key == old.0 && lower);
+                let flag = match several && (centre_first..centre_last).contains(&x) {
+                    true => CENTRE_COVERED,
+                    false => 0,
+                };
                 let place = [16 * x as i32 + 8 + offset[0], 16 * y as i32 + 8 + offset[1]];
                 if wins && keep.as_deref_mut().is_none_or(|keep| keep(triangle.id, place)) {
-                    (tile.keys[key_at], tile.ids[id_at]) = (key, triangle.id);
+                    (tile.keys[key_at], tile.ids[id_at]) = (key, triangle.id | flag);
                     written += 1;
                 }
             }

@@ -44,4 +44,4 @@ pub use placed::MAX_VERTICES;
 pub use samples::{Offset, Samples};
 pub use setup::{Facing, Placer, ScreenTriangle, SetupCounters, Triangles, Vertex, set_up};
 pub use shares4::{BLOCK, Corners4, Placement, Shares4, shares4};
-pub use tile::{TileBuffer, TileRect};
+pub use tile::{CENTRE_COVERED, TileBuffer, TileRect};

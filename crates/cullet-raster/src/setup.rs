@@ -34,13 +34,6 @@ pub struct Vertex {
     pub(crate) cuts: PlaneMask,
 }
 
-impl Vertex {
-    /// A vertex that nothing cuts.
-    pub(crate) fn whole(clip: ClipPoint, at: Fixed, depth: f64) -> Self {
-        Vertex { clip, at, depth, outside: PlaneMask::NONE, cuts: PlaneMask::NONE }
-    }
-}
-
 /// Puts vertices on the screen. `BITS` is the number of subpixel bits, 1..=16; 8 is the default
 /// everywhere.
 #[derive(Clone, Copy, Debug)]
@@ -153,7 +146,7 @@ pub fn set_up<const BITS: u32>(
         }
         let cuts = a.cuts.or(b.cuts).or(c.cuts);
         let outcome = if cuts.is_empty() {
-            whole(corners, input.facing, id, out)
+            whole([a.at, b.at, c.at], [a.depth, b.depth, c.depth], input.facing, id, out)
         } else if corners.iter().all(|corner| corner.clip.is_finite()) {
             let polygon = Polygon::triangle(&corners.map(|corner| corner.clip));
             let polygon = placer.guard.clip(polygon, cuts);
@@ -177,23 +170,20 @@ pub fn set_up<const BITS: u32>(
 
 /// A triangle that nothing cuts: [`finish`] for the usual case.
 pub(crate) fn whole(
-    corners: [&Vertex; 3],
+    [a, b, c]: [Fixed; 3],
+    depth: [f64; 3],
     facing: Facing,
     id: u32,
     out: &mut Vec<ScreenTriangle>,
 ) -> Outcome {
-    let [a, b, c] = corners;
-    let corners = match (doubled_area([a.at, b.at, c.at]).signum(), facing) {
+    let [near_a, near_b, near_c] = depth;
+    let (corners, depth) = match (doubled_area([a, b, c]).signum(), facing) {
         (0, _) => return Outcome::ZeroArea,
         (1, Facing::CounterClockwise) | (-1, Facing::Clockwise) => return Outcome::FacingAway,
-        (1, _) => [a, b, c],
-        _ => [a, c, b],
+        (1, _) => ([a, b, c], depth),
+        _ => ([a, c, b], [near_a, near_c, near_b]),
     };
-    out.push(ScreenTriangle {
-        corners: corners.map(|corner| corner.at),
-        depth: corners.map(|corner| corner.depth),
-        id,
-    });
+    out.push(ScreenTriangle { corners, depth, id });
     Outcome::Drawn
 }
 
@@ -323,7 +313,9 @@ mod tests {
             let vertices: Vec<Vertex> = corners.iter().map(|point| placer.place(*point)).collect();
             for facing in [Facing::Both, Facing::CounterClockwise, Facing::Clockwise] {
                 let (mut quick, mut plain) = (Vec::new(), Vec::new());
-                whole([0, 1, 2].map(|i| &vertices[i]), facing, 3, &mut quick);
+                let (at, depth) =
+                    ([0, 1, 2].map(|i| vertices[i].at), [0, 1, 2].map(|i| vertices[i].depth));
+                whole(at, depth, facing, 3, &mut quick);
                 finish::<8>(placer.viewport, corners, facing, 3, &mut plain);
                 assert_eq!(format!("{quick:?}"), format!("{plain:?}"));
             }

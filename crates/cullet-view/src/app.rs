@@ -264,6 +264,7 @@ impl App {
                 Some(_) => Passes::COLOR.with(Pass::Depth),
                 None => Passes::COLOR,
             },
+            antialias: cullet::Antialias::None,
             ..Settings::default()
         };
         self.stats = self.renderer.render(&self.prepared, &drawn, &settings, &mut self.frame);

@@ -76,9 +76,9 @@ impl Frame {
     }
 
     /// Splits the pictures into bands of `rows` rows each, the first of `first_rows`.
-    pub(crate) fn bands(&mut self, first_rows: usize, rows: usize) -> Vec<Band<'_>> {
+    pub(crate) fn bands(&mut self, first_rows: u32, rows: u32) -> Bands<'_> {
         let (width, height) = (self.width as usize, self.height as usize);
-        let mut rest = Target {
+        let rest = Target {
             stride: width,
             rgba8: &mut self.rgba8,
             linear: &mut self.linear,
@@ -90,17 +90,50 @@ impl Frame {
             id: &mut self.id,
             triangle: &mut self.triangle,
         };
-        let (mut bands, mut first_row) = (Vec::new(), 0);
-        while first_row < height {
-            let wanted = if first_row == 0 { first_rows } else { rows };
-            let rows = wanted.min(height - first_row);
-            let (target, below) = rest.split_at(rows * width);
-            bands.push(Band { first_row, rows, target });
-            (rest, first_row) = (below, first_row + rows);
+        Bands {
+            rest: Some(rest),
+            first_row: 0,
+            height,
+            next: first_rows as usize,
+            rows: rows as usize,
         }
-        bands
     }
 }
+
+/// The bands of a frame, one after the other.
+pub(crate) struct Bands<'a> {
+    rest: Option<Target<'a>>,
+    first_row: usize,
+    height: usize,
+    /// Rows of the next band, and of all that follow.
+    next: usize,
+    rows: usize,
+}
+
+impl<'a> Iterator for Bands<'a> {
+    type Item = Band<'a>;
+
+    fn next(&mut self) -> Option<Band<'a>> {
+        if self.first_row == self.height {
+            return None;
+        }
+        let rest = self.rest.take()?;
+        let rows = self.next.min(self.height - self.first_row);
+        let n_pixels = rows * rest.stride;
+        let (target, below) = rest.split_at(n_pixels);
+        let band = Band { first_row: self.first_row, rows, target };
+        (self.rest, self.first_row, self.next) = (Some(below), self.first_row + rows, self.rows);
+        Some(band)
+    }
+
+    fn size_hint(&self) -> (usize, Option<usize>) {
+        let left = self.height - self.first_row;
+        let n = usize::from(left > 0) + left.saturating_sub(self.next).div_ceil(self.rows);
+        (n, Some(n))
+    }
+}
+
+impl ExactSizeIterator for Bands<'_> {}
 
 /// Some rows of a frame.
 pub(crate) struct Band<'a> {
@@ -125,6 +158,22 @@ pub(crate) struct Target<'a> {
 }
 
 impl<'a> Target<'a> {
+    /// What begins some columns to the right.
+    pub(crate) fn from_column(&mut self, column: usize) -> Target<'_> {
+        Target {
+            stride: self.stride,
+            rgba8: from(self.rgba8, column),
+            linear: from(self.linear, column),
+            depth: from(self.depth, column),
+            normal: from(self.normal, column),
+            albedo: from(self.albedo, column),
+            uv: from(self.uv, column),
+            position: from(self.position, column),
+            id: from(self.id, column),
+            triangle: from(self.triangle, column),
+        }
+    }
+
     /// Up to pixel `at` and from there on.
     fn split_at(self, at: usize) -> (Target<'a>, Target<'a>) {
         let (rgba8, rgba8_rest) = split(self.rgba8, at);
@@ -158,6 +207,10 @@ impl<'a> Target<'a> {
 fn refill<T: Copy>(buffer: &mut Vec<T>, len: usize, value: T) {
     buffer.clear();
     buffer.resize(len, value);
+}
+
+fn from<T>(buffer: &mut [T], start: usize) -> &mut [T] {
+    buffer.get_mut(start..).unwrap_or_default()
 }
 
 /// Two empty parts of a picture that is not there.

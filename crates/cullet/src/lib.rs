@@ -26,6 +26,7 @@ mod frame;
 mod framing;
 mod items;
 mod legend;
+mod multisample;
 mod passes;
 mod prepared;
 mod raycast;
@@ -48,7 +49,7 @@ pub use legend::{LegendEntry, legend};
 pub use passes::{Pass, Passes};
 pub use prepared::{PrepareError, Prepared};
 pub use renderer::Renderer;
-pub use settings::{RendererKind, Settings};
+pub use settings::{Antialias, RendererKind, Settings};
 pub use stats::{FrameStats, ObjectCounters, Stages};
 pub use visible_clusters::ClusterCounters;
 

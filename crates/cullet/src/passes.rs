@@ -55,11 +55,17 @@ impl Passes {
         Passes(self.0 | 1 << pass as u8)
     }
 
-    /// What is in this set and not in `other`.
-    #[must_use]
-    pub(crate) const fn without(self, other: Passes) -> Passes {
-        Passes(self.0 & !other.0)
+    /// The colours among them.
+    pub(crate) const fn colors(self) -> Passes {
+        Passes(self.0 & Passes::COLORS)
     }
+
+    /// All but colours: what is never blended.
+    pub(crate) const fn data(self) -> Passes {
+        Passes(self.0 & !Passes::COLORS)
+    }
+
+    const COLORS: u16 = 1 << Pass::Color as u8 | 1 << Pass::Linear as u8;
 
     /// Whether `pass` is wanted.
     pub const fn contains(self, pass: Pass) -> bool {

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use cullet_cull::{Aabb, Hierarchy};
-use cullet_raster::NO_TRIANGLE;
+use cullet_raster::CENTRE_COVERED;
 use cullet_scene::{Mesh, Scene, TextureRef};
 use cullet_shade::{Mips, Surface, Texture, srgb};
 use glam::Vec3;
@@ -12,11 +12,14 @@ use crate::Item;
 use crate::clusters::Clusters;
 use crate::schedule::{for_each, thread_count};
 
+/// Numbers of triangles, and two that mean something else, fit into an id beside its flag.
+const MAX_TRIANGLES: u32 = CENTRE_COVERED - 2;
+
 /// Why a scene cannot be prepared.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PrepareError {
     /// More triangles than there are ids.
-    #[error("{scene}: draws {n_triangles} triangles; at most {} can be drawn", NO_TRIANGLE)]
+    #[error("{scene}: draws {n_triangles} triangles; at most {} can be drawn", MAX_TRIANGLES)]
     TooManyTriangles {
         /// Name of the scene.
         scene: String,
@@ -41,7 +44,7 @@ impl Prepared {
     pub fn new(mut scene: Scene) -> Result<Self, PrepareError> {
         let n_triangles: u64 =
             scene.objects.iter().map(|o| scene.meshes[o.mesh].triangles.len() as u64).sum();
-        if n_triangles >= u64::from(NO_TRIANGLE) {
+        if n_triangles > u64::from(MAX_TRIANGLES) {
             return Err(PrepareError::TooManyTriangles { scene: scene.name, n_triangles });
         }
         let bounds: Vec<Aabb> = scene.meshes.iter().map(mesh_bounds).collect();

@@ -1,31 +1,30 @@
-//! One frame: cull, set up, cover, shade.
+//! One frame: cull, sort and deal out clusters, then tile after tile: cover, shade.
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
-use cullet_raster::{BLOCK, NO_TRIANGLE, Samples, TileBuffer};
+use cullet_raster::Samples;
 use cullet_transform::{PlaneMask, View};
 
 use crate::bins::{Bins, Grid};
 use crate::culling::cull;
+use crate::frame::Band;
 use crate::raycast::Raycaster;
 use crate::schedule::{for_each_with, thread_count};
 use crate::shading::{Scene, Shaded, encode_linear, fill_background, shade_bands, shade_run};
-use crate::tile_shader::{ShadeScratch, TileShader};
+use crate::tile_shader::TileShader;
 use crate::tiles::{TileDrawer, TileScratch};
 use crate::visible_clusters::VisibleClusters;
-use crate::{Frame, FrameStats, Prepared, Region, RendererKind, Settings};
+use crate::{Antialias, Frame, FrameStats, Passes, Prepared, Region, RendererKind, Settings};
 
 /// Scratch memory; it carries nothing from one frame to the next.
 #[derive(Debug, Default)]
 pub struct Renderer {
-    ids: Vec<u32>,
     /// Per item: the planes that cut it, or `None` when it was thrown out.
     planes: Vec<Option<PlaneMask>>,
     clusters: VisibleClusters,
     bins: Bins,
     /// By thread.
-    tiles: Vec<TileScratch>,
-    shading: Vec<ShadeScratch>,
+    threads: Vec<TileScratch>,
 }
 
 /// Rows per job of the ray caster.
@@ -47,29 +46,16 @@ impl Renderer {
         cull(prepared, view, settings, &mut self.planes, &mut stats);
         stats.stages.cull = start.elapsed();
         frame.reset(region.width, region.height, settings.passes);
-
-        let shaded = match settings.renderer {
+        match settings.renderer {
             RendererKind::Raster => {
-                self.raster(prepared, view, settings, threads, region, &mut stats);
-                if self.shading.len() < threads {
-                    self.shading.resize_with(threads, ShadeScratch::default);
-                }
-                let scene = Scene { prepared, view, settings, planes: &self.planes };
-                let (ids, stride) = (&self.ids, region.width as usize);
-                let scratch = &mut self.shading[..threads];
-                scratch.iter_mut().for_each(ShadeScratch::begin);
-                shade_bands(scratch, region, frame, BLOCK, |scratch, rect, out| {
-                    let ids = &ids[(rect.y - region.y) as usize * stride..];
-                    TileShader::new(scene, scratch).tile(rect, ids, stride, out)
-                })
+                self.raster(prepared, view, settings, threads, region, frame, &mut stats);
             }
             RendererKind::Raycast { snapped } => {
                 let start = Instant::now();
                 let scene = Scene { prepared, view, settings, planes: &self.planes };
                 let caster = Raycaster::new(prepared, view, settings, &self.planes, snapped);
                 stats.stages.geometry = start.elapsed();
-                let mut threads = vec![(); threads];
-                shade_bands(&mut threads, region, frame, CAST_ROWS, |(), rect, out| {
+                let shaded = shade_bands(threads, region, frame, CAST_ROWS, |rect, out| {
                     let mut n_pixels = 0;
                     fill_background(settings, rect, out);
                     caster.scan(rect, &mut |run, triangle| {
@@ -80,17 +66,18 @@ impl Renderer {
                     });
                     encode_linear(rect, out);
                     n_pixels
-                })
+                });
+                let Shaded { n_pixels, shade } = shaded;
+                (stats.pixels_shaded, stats.stages.shade) = (n_pixels, shade);
             }
-        };
-        let Shaded { n_pixels, shade } = shaded;
-        (stats.pixels_shaded, stats.stages.shade) = (n_pixels, shade);
+        }
         stats.scratch_bytes = self.scratch_bytes();
         stats.total = start.elapsed();
         stats
     }
 
-    /// Fills the id and depth buffers of `region`.
+    /// Draws `region` into `frame`, tile by tile.
+    #[expect(clippy::too_many_arguments, reason = "what, from where, how, and where to")]
     fn raster(
         &mut self,
         prepared: &Prepared,
@@ -98,13 +85,16 @@ impl Renderer {
         settings: &Settings,
         threads: usize,
         region: Region,
+        frame: &mut Frame,
         stats: &mut FrameStats,
     ) {
-        let n_pixels = region.width as usize * region.height as usize;
-        self.ids.clear();
-        self.ids.resize(n_pixels, NO_TRIANGLE);
         let start = Instant::now();
-        let samples = Samples::One;
+        let samples = match settings.antialias {
+            Antialias::None => Samples::One,
+            Antialias::Msaa2 => Samples::Two,
+            Antialias::Msaa4 => Samples::Four,
+            Antialias::Msaa8 => Samples::Eight,
+        };
         let side = settings.tile_px.clamp(8, 256).next_multiple_of(8);
         self.clusters.find(prepared, view, settings, samples, &self.planes, threads);
         let grid = Grid::new(region, side);
@@ -113,126 +103,95 @@ impl Renderer {
         let middle = Instant::now();
         stats.stages.geometry = middle - start;
 
-        if self.tiles.len() < threads {
-            self.tiles.resize_with(threads, TileScratch::default);
+        if self.threads.len() < threads {
+            self.threads.resize_with(threads, TileScratch::default);
         }
-        let tiles = &mut self.tiles[..threads];
-        for tile in &mut *tiles {
-            (tile.counters, tile.n_samples_written) = Default::default();
+        let scratches = &mut self.threads[..threads];
+        for scratch in &mut *scratches {
+            scratch.done = Default::default();
+            scratch.shade.begin();
         }
         let drawer = TileDrawer {
-            prepared,
-            view,
-            settings,
-            planes: &self.planes,
+            scene: Scene { prepared, view, settings, planes: &self.planes },
             grid,
             bins: &self.bins,
             clusters: &self.clusters,
             samples,
         };
-        let rows = TileRows::new(&grid, region, &mut self.ids);
-        for_each_with(tiles, rows, |scratch, mut row| {
-            for column in 0..grid.size[0] {
-                drawer.tile(scratch, [column, row.number]);
-                row.take(&grid, region, column, &scratch.buffer);
-            }
+        let first_rows = side - region.y % side;
+        for_each_with(scratches, frame.bands(first_rows, side), |scratch, band| {
+            row_of_tiles(&drawer, region, scratch, band);
         });
         self.clusters.count(prepared);
         stats.clusters = self.clusters.counters;
         stats.n_triangles_of_culled_clusters = self.clusters.n_triangles_culled;
-        let drawn = prepared.items().iter().zip(&self.planes).enumerate();
-        for (i, (item, _)) in drawn.filter(|(_, (_, planes))| planes.is_some()) {
+        let drawn = self.planes.iter().enumerate().filter(|(_, planes)| planes.is_some());
+        for (i, _) in drawn {
             let n = prepared.clusters(i).n_not_finite;
             stats.triangles.n_in += n;
             stats.triangles.n_not_finite += n;
-            debug_assert!(n <= u64::from(item.n_triangles));
         }
-        for tile in &self.tiles[..threads] {
-            stats.triangles += tile.counters;
-            stats.samples_written += tile.n_samples_written;
+        let (mut raster, mut shade) = (Duration::ZERO, Duration::ZERO);
+        for TileScratch { done, .. } in &self.threads[..threads] {
+            stats.triangles += done.triangles;
+            stats.samples_written += done.n_samples_written;
+            stats.pixels_shaded += done.n_pixels;
+            (raster, shade) = (raster + done.raster, shade + done.shade);
         }
-        stats.stages.raster = middle.elapsed();
+        // Threads share the wall time in the proportion of their work.
+        let wall = middle.elapsed();
+        let share = raster.as_secs_f64() / (raster + shade).as_secs_f64().max(1e-9);
+        stats.stages.raster = wall.mul_f64(share);
+        stats.stages.shade = wall - stats.stages.raster;
     }
 
     fn scratch_bytes(&self) -> u64 {
-        let tiles: usize = self.tiles.iter().map(TileScratch::bytes).sum();
+        let threads: usize = self.threads.iter().map(TileScratch::bytes).sum();
         let lists = self.clusters.bytes() + self.bins.bytes();
-        let shading: usize = self.shading.iter().map(ShadeScratch::bytes).sum();
-        let pixels = size_of_val(&self.ids[..]) + size_of_val(&self.planes[..]);
-        (pixels + lists + tiles + shading) as u64
+        (size_of_val(&self.planes[..]) + lists + threads) as u64
     }
 }
 
-/// The rows of tiles of a grid, each with its part of a picture.
-struct TileRows<'a> {
-    ids: &'a mut [u32],
+/// Draws and shades the tiles of a row.
+fn row_of_tiles(
+    drawer: &TileDrawer<'_>,
     region: Region,
-    side: u32,
-    first_row: u32,
-    next: u32,
-    end: u32,
-}
-
-/// One of them.
-struct TileRow<'a> {
-    /// In the grid.
-    number: u32,
-    /// First row of pixels in the picture.
-    y: u32,
-    ids: &'a mut [u32],
-}
-
-impl<'a> TileRows<'a> {
-    fn new(grid: &Grid, region: Region, ids: &'a mut [u32]) -> Self {
-        TileRows {
-            ids,
-            region,
-            side: grid.side,
-            first_row: grid.first[1],
-            next: 0,
-            end: grid.size[1],
-        }
-    }
-}
-
-impl<'a> Iterator for TileRows<'a> {
-    type Item = TileRow<'a>;
-
-    fn next(&mut self) -> Option<TileRow<'a>> {
-        if self.next == self.end {
-            return None;
-        }
-        let number = self.next;
-        self.next += 1;
-        let top = (self.first_row + number) * self.side;
-        let y = top.max(self.region.y);
-        let bottom = (top + self.side).min(self.region.y + self.region.height);
-        let n = (bottom - y) as usize * self.region.width as usize;
-        let (ids, rest) = std::mem::take(&mut self.ids).split_at_mut(n);
-        self.ids = rest;
-        Some(TileRow { number, y, ids })
-    }
-
-    fn size_hint(&self) -> (usize, Option<usize>) {
-        let n = (self.end - self.next) as usize;
-        (n, Some(n))
-    }
-}
-
-impl ExactSizeIterator for TileRows<'_> {}
-
-impl TileRow<'_> {
-    /// Copies the part of a tile that lies in the region.
-    fn take(&mut self, grid: &Grid, region: Region, column: u32, tile: &TileBuffer) {
-        let left = (grid.first[0] + column) * grid.side;
+    scratch: &mut TileScratch,
+    mut band: Band<'_>,
+) {
+    let Grid { side, first, size } = drawer.grid;
+    let TileScratch { raster, shade, done } = scratch;
+    let y = region.y + band.first_row as u32;
+    let row = y / side - first[1];
+    let mut shader = TileShader::new(drawer.scene, shade);
+    for column in 0..size[0] {
+        let left = (first[0] + column) * side;
         let x = left.max(region.x);
-        let right = (left + grid.side).min(region.x + region.width);
-        let top = (grid.first[1] + self.number) * grid.side;
-        let width = region.width as usize;
-        for (i, row) in self.ids.chunks_mut(width).enumerate() {
-            let from = tile.ids(0, (self.y - top) as usize + i);
-            row[(x - region.x) as usize..(right - region.x) as usize]
-                .copy_from_slice(&from[(x - left) as usize..(right - left) as usize]);
+        let width = (left + side).min(region.x + region.width) - x;
+        let rect = Region { x, y, width, height: band.rows as u32 };
+        let mut target = band.target.from_column((x - region.x) as usize);
+        let place = [x - left, y - (first[1] + row) * side];
+        let passes = drawer.scene.settings.passes;
+        let parts = match drawer.samples {
+            Samples::One => [Some((passes, Samples::One)), None],
+            samples => {
+                // Data takes one sample at the centre, whatever colours take.
+                let (colors, data) = (passes.colors(), passes.data());
+                let without_color = data != Passes::NONE || !passes.needs_color();
+                [
+                    passes.needs_color().then_some((colors, samples)),
+                    without_color.then_some((data, Samples::One)),
+                ]
+            }
+        };
+        for (i, (passes, samples)) in parts.into_iter().flatten().enumerate() {
+            let start = Instant::now();
+            drawer.tile(raster, done, [column, row], samples);
+            let drawn = Instant::now();
+            let n = shader.tile(rect, &raster.buffer, place, passes, &mut target);
+            done.n_pixels += if i == 0 { n } else { 0 };
+            done.raster += drawn - start;
+            done.shade += drawn.elapsed();
         }
     }
 }
@@ -261,7 +220,7 @@ mod tests {
 
     use super::*;
     use crate::culling::Culler;
-    use crate::{CullTest, Item, Pass, Passes, frame_direction};
+    use crate::{CullTest, Item, Pass, frame_direction};
 
     #[test]
     fn another_view_takes_away_just_what_it_does_not_see() {

@@ -24,6 +24,8 @@ pub struct Settings {
     pub light: Light,
     /// How textures are filtered.
     pub filter: Filter,
+    /// How edges are smoothed. Data passes always take one sample at the pixel's centre.
+    pub antialias: Antialias,
     /// The test that throws out objects before any vertex work. Never changes a pixel.
     pub cull: CullTest,
     /// Ask the tree over all objects first, where it serves the test (`PVertex`, `Both`, `Sat`).
@@ -61,6 +63,7 @@ impl Default for Settings {
             background: Vec4::new(0.02, 0.03, 0.05, 1.0),
             light: Light::default(),
             filter: Filter::Trilinear,
+            antialias: Antialias::Msaa4,
             cull: CullTest::Both,
             hierarchy: true,
             occlusion: true,
@@ -73,6 +76,20 @@ impl Default for Settings {
             region: None,
         }
     }
+}
+
+/// How many samples of a pixel find out what is visible there. Each triangle seen in a pixel is
+/// shaded once: edges are smoothed, textures and lights are not.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Antialias {
+    /// One, at the centre.
+    None,
+    /// Two, in the standard pattern of Direct3D and Vulkan, as the following.
+    Msaa2,
+    /// Four.
+    Msaa4,
+    /// Eight.
+    Msaa8,
 }
 
 /// Who finds what is visible.

@@ -12,7 +12,7 @@ use cullet_transform::PlaneMask;
 use glam::{DMat4, DVec3, Vec4};
 
 use crate::frame::Target;
-use crate::schedule::for_each_with;
+use crate::schedule::for_each;
 use crate::{Frame, Item, Pass, Prepared, Region, Settings, View};
 
 /// What is drawn, from where and how: all that shading reads.
@@ -116,24 +116,22 @@ pub(crate) struct Shaded {
     pub shade: Duration,
 }
 
-/// Fills every pass of `frame` band by band, by `shade`, on as many threads as there are `states`: it
-/// gets the state of its thread, a part of the picture and where its passes go, and returns how
-/// many pixels show something.
-pub(crate) fn shade_bands<S: Send>(
-    states: &mut [S],
+/// Fills every pass of `frame` band by band, by `shade`: it gets a part of the picture and where
+/// its passes go, and returns how many pixels show something.
+pub(crate) fn shade_bands(
+    threads: usize,
     region: Region,
     frame: &mut Frame,
     band_rows: u32,
-    shade: impl Fn(&mut S, Region, &mut Target<'_>) -> u64 + Sync,
+    shade: impl Fn(Region, &mut Target<'_>) -> u64 + Sync,
 ) -> Shaded {
     let start = Instant::now();
     let n_pixels = AtomicU64::new(0);
     // Bands end at whole multiples of their rows in the whole picture.
     let first_rows = band_rows - region.y % band_rows;
-    let bands = frame.bands(first_rows as usize, band_rows as usize);
-    for_each_with(states, bands.into_iter(), |state, mut band| {
+    for_each(threads, frame.bands(first_rows, band_rows), |mut band| {
         let (y, height) = (region.y + band.first_row as u32, band.rows as u32);
-        let n = shade(state, Region { y, height, ..region }, &mut band.target);
+        let n = shade(Region { y, height, ..region }, &mut band.target);
         n_pixels.fetch_add(n, Ordering::Relaxed);
     });
     Shaded { n_pixels: n_pixels.into_inner(), shade: start.elapsed() }

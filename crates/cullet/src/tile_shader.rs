@@ -8,16 +8,17 @@
 //! A triangle is set up anew for each block (64 x 64 px of the whole picture), so a pixel's colour
 //! does not depend on what part of the picture is asked for, in what order, or by which thread.
 
-use cullet_raster::{BLOCK, NO_TRIANGLE, Placement};
+use cullet_raster::{BLOCK, NO_TRIANGLE, Placement, Samples, TileBuffer};
 use cullet_shade::Needs;
 use cullet_shade::wide::{ColorPlanes, Group, Out, Paint, Pixel, Record, paint, set_up};
 use glam::Vec4;
 
 use crate::frame::Target;
+use crate::multisample::EdgeScratch;
 use crate::settings::SUBPIXEL_BITS;
 use crate::shading::{Scene, encode, encode_linear, fill_background, shade_run};
 use crate::visibility::{Corners, scan};
-use crate::{Pass, Passes, Region};
+use crate::{Passes, Region};
 
 /// Pixels coloured at once: those of a block.
 const BATCH: usize = (BLOCK * BLOCK) as usize;
@@ -63,6 +64,7 @@ pub(crate) struct ShadeScratch {
     sorted: Vec<Pixel>,
     n_pixels_of_paint: Vec<u32>,
     left: Vec<u32>,
+    pub(crate) edges: EdgeScratch,
 }
 
 /// An object as this frame draws it.
@@ -115,6 +117,7 @@ impl Default for ShadeScratch {
             sorted: vec![Pixel::default(); BATCH + 1],
             n_pixels_of_paint: Vec::new(),
             left: Vec::new(),
+            edges: EdgeScratch::default(),
         }
     }
 }
@@ -133,13 +136,14 @@ impl ShadeScratch {
             + SLOTS * 8
             + BATCH * (20 + 2 * size_of::<Pixel>() + size_of::<Record>())
             + self.colors.capacity() * size_of::<ColorPlanes>()
+            + self.edges.bytes()
     }
 }
 
 /// Shades parts of one frame on one thread.
 pub(crate) struct TileShader<'a> {
-    scene: Scene<'a>,
-    scratch: &'a mut ShadeScratch,
+    pub(crate) scene: Scene<'a>,
+    pub(crate) scratch: &'a mut ShadeScratch,
 }
 
 impl<'a> TileShader<'a> {
@@ -149,28 +153,48 @@ impl<'a> TileShader<'a> {
         TileShader { scene, scratch }
     }
 
-    /// Fills the passes of a rectangle of the picture from its triangle ids, which begin at its
-    /// upper left pixel and have `stride` of them in a row. Returns how many pixels show
-    /// something.
+    /// Fills passes of a rectangle of the picture, whose upper left pixel is at `place` in `tile`.
+    /// Returns how many pixels show something.
     pub(crate) fn tile(
+        &mut self,
+        rect: Region,
+        tile: &TileBuffer,
+        place: [u32; 2],
+        passes: Passes,
+        out: &mut Target<'_>,
+    ) -> u64 {
+        match tile.samples() {
+            Samples::One => {
+                let (ids, stride) = tile.ids_from(place);
+                self.ids(rect, ids, stride, passes, out)
+            }
+            _ => {
+                fill_background(self.scene.settings, rect, out);
+                let n_pixels = self.multisampled(rect, tile, place, out);
+                encode_linear(rect, out);
+                n_pixels
+            }
+        }
+    }
+
+    /// Fills passes from triangle ids, which begin at the upper left pixel of `rect` and have
+    /// `stride` of them in a row.
+    fn ids(
         &mut self,
         rect: Region,
         ids: &[u32],
         stride: usize,
+        passes: Passes,
         out: &mut Target<'_>,
     ) -> u64 {
         let scene = self.scene;
-        let passes = scene.settings.passes;
         let mut n_pixels = 0;
         if passes.needs_color() {
             fill_background(scene.settings, rect, out);
-            for block in blocks(rect) {
-                n_pixels += self.block(rect, block, ids, stride, out);
-            }
+            n_pixels += self.blocks(rect, ids, stride, out);
             encode_linear(rect, out);
         }
-        let colors = Passes::COLOR.with(Pass::Linear);
-        if passes.without(colors) != Passes::NONE || !passes.needs_color() {
+        if passes.data() != Passes::NONE || !passes.needs_color() {
             n_pixels = 0;
             let mut corners = Corners::new(scene.prepared, scene.view, scene.planes);
             scan(&mut corners, rect, ids, stride, &mut |run, triangle| {
@@ -183,7 +207,6 @@ impl<'a> TileShader<'a> {
     }
 
     /// Linear RGBA, alpha 1, of what is seen at each of `wanted`, places of visible triangles.
-    #[cfg_attr(not(test), expect(dead_code, reason = "several samples a pixel will ask for it"))]
     pub(crate) fn colors(&mut self, wanted: &[Wanted], out: &mut [Vec4]) {
         let block_of = |wanted: &Wanted| [wanted.x / SUBPIXELS, wanted.y / SUBPIXELS];
         let mut first = 0;
@@ -202,6 +225,17 @@ impl<'a> TileShader<'a> {
                 first += part.len();
             }
         }
+    }
+
+    /// Colours `rect` from ids; see [`TileShader::tile`].
+    pub(crate) fn blocks(
+        &mut self,
+        rect: Region,
+        ids: &[u32],
+        stride: usize,
+        out: &mut Target<'_>,
+    ) -> u64 {
+        blocks(rect).map(|block| self.block(rect, block, ids, stride, out)).sum()
     }
 
     /// Colours the part of `rect` that lies in a block.
@@ -516,7 +550,9 @@ mod tests {
     use cullet_transform::{PlaneMask, Viewport};
 
     use super::*;
-    use crate::{Frame, Prepared, Renderer, Settings, View, camera_of, frame_scene};
+    use crate::{
+        Antialias, Frame, Pass, Prepared, Renderer, Settings, View, camera_of, frame_scene,
+    };
 
     const SIZE: [u32; 2] = [150, 101];
 
@@ -542,7 +578,7 @@ mod tests {
 
     fn settings() -> Settings {
         let passes = Passes::COLOR.with(Pass::Linear).with(Pass::Triangle);
-        Settings { passes, threads: 1, ..Settings::default() }
+        Settings { passes, antialias: Antialias::None, threads: 1, ..Settings::default() }
     }
 
     /// Calls `check` with a shader for each scene, its picture and the ids of that.

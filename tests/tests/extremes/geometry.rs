@@ -4,7 +4,7 @@
 use cullet::raster::{Fixed, reference};
 use cullet::scene::Mesh;
 use cullet::{Camera, Projection, Settings, frame_scene};
-use cullet_tests::{Random, all_passes, bytes, long_mode, prepare, render};
+use cullet_tests::{Random, bytes, long_mode, prepare, render};
 use glam::{DAffine3, DVec3, Vec3};
 
 use crate::ideal::check;
@@ -293,7 +293,7 @@ fn of_equal_triangles_of_one_mesh_the_first_is_seen() {
     let back = DAffine3::from_translation(DVec3::new(0.0, 0.0, -3.0));
     let prepared = alone(mesh, back);
     for threads in [1, 2, 8] {
-        let settings = Settings { threads, passes: all_passes(), ..Settings::default() };
+        let settings = Settings { threads, ..settings() };
         let frame = render(&prepared, &ahead(perspective(45.0, 0.1, INF)), [24, 18], &settings);
         assert!(n_shown(&frame) > 50 && frame.triangle.iter().all(|&t| t <= 1));
     }

@@ -11,7 +11,9 @@ mod ideal;
 mod surface;
 
 use cullet::scene::{Material, Mesh, Node, Object, Scene};
-use cullet::{Camera, Frame, FrameStats, Prepared, Projection, Renderer, Settings, View, Viewport};
+use cullet::{
+    Antialias, Camera, Frame, FrameStats, Prepared, Projection, Renderer, Settings, View, Viewport,
+};
 use cullet_tests::{all_passes, prepare};
 use glam::{DAffine3, DVec3, Vec3};
 
@@ -91,7 +93,7 @@ fn view(camera: &Camera, [width, height]: [u32; 2]) -> View {
 }
 
 fn settings() -> Settings {
-    Settings { passes: all_passes(), ..Settings::default() }
+    Settings { passes: all_passes(), antialias: Antialias::None, ..Settings::default() }
 }
 
 /// One frame with every pass, and what it did.

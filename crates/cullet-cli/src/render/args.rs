@@ -4,7 +4,7 @@ use std::num::NonZeroU32;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use cullet::{CullTest, Filter, Level, Light, Region, RendererKind, Shading};
+use cullet::{Antialias, CullTest, Filter, Level, Light, Region, RendererKind, Shading};
 use glam::{Vec3, Vec4};
 
 use super::passes::PassName;
@@ -49,8 +49,9 @@ pub struct RenderArgs {
     /// How textures are filtered
     #[arg(long, value_enum, default_value = "trilinear")]
     pub texture: TextureFilter,
-    /// Antialiasing
-    #[arg(long, value_enum, default_value = "none")]
+    /// How edges are smoothed: so many samples of each pixel find out what is visible, and each triangle
+    /// seen there is shaded once. Data passes and the ray caster take one sample at the centre
+    #[arg(long, value_enum, default_value = "msaa4")]
     pub aa: Antialiasing,
     /// Kinds of picture; several put their name before the extension (x.png: x.color.png)
     #[arg(long, value_enum, value_delimiter = ',', default_value = "color")]
@@ -138,6 +139,12 @@ pub enum TextureFilter {
 pub enum Antialiasing {
     /// One sample at the pixel centre
     None,
+    /// Two samples
+    Msaa2,
+    /// Four samples
+    Msaa4,
+    /// Eight samples
+    Msaa8,
 }
 
 /// `--cull`.
@@ -258,6 +265,12 @@ impl RenderArgs {
                 CullName::Reverse => CullTest::Reverse,
                 CullName::Both => CullTest::Both,
                 CullName::Sat => CullTest::Sat,
+            },
+            antialias: match self.aa {
+                Antialiasing::None => Antialias::None,
+                Antialiasing::Msaa2 => Antialias::Msaa2,
+                Antialiasing::Msaa4 => Antialias::Msaa4,
+                Antialiasing::Msaa8 => Antialias::Msaa8,
             },
             hierarchy: self.hierarchy == Switch::On,
             occlusion: self.occlusion == Switch::On,

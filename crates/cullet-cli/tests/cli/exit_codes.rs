@@ -25,7 +25,7 @@ fn wrong_usage_is_2() {
     folder.fails(2, "teapot", "render synth:teapot -o x.png");
     folder.fails(2, "no camera `7`", &format!("{SMALL} -o x.png --camera 7"));
     folder.fails(2, "no camera `left`", &format!("{SMALL} -o x.png --camera left"));
-    folder.fails(2, "msaa4", &format!("{SMALL} -o x.png --aa msaa4"));
+    folder.fails(2, "msaa3", &format!("{SMALL} -o x.png --aa msaa3"));
     folder.fails(2, "pbr", &format!("{SMALL} -o x.png --shading pbr"));
     folder.fails(2, "--time", &format!("{SMALL} -o x.png --time 1"));
     folder.fails(2, "direction", &format!("{SMALL} -o x.png --sun 0,0,0"));
