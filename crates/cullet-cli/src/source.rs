@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use cullet::scene::synth::synth;
-use cullet::scene::{LoadOptions, Scene, load, load_glb_bytes};
+use cullet::scene::{LoadOptions, Scene};
+use cullet::{load, load_glb_bytes};
 
 use crate::exit::Failure;
 use crate::message::Progress;
@@ -52,8 +53,8 @@ impl Source {
         }
     }
 
-    /// Loads or computes the scene.
-    pub fn load(&self) -> Result<Scene, Failure> {
+    /// Loads or computes the scene, on `threads` threads (0: one per core).
+    pub fn load(&self, threads: usize) -> Result<Scene, Failure> {
         let _progress = Progress::show("loading");
         let options = self.options();
         if self.path == Path::new("-") {
@@ -62,11 +63,11 @@ impl Source {
             let mut input = stdin().lock().take(options.max_file_bytes.saturating_add(1));
             let read = input.read_to_end(&mut bytes);
             read.map_err(|error| Failure::input(format!("standard input: {error}")))?;
-            return Ok(load_glb_bytes(bytes, "standard input", &options)?);
+            return Ok(load_glb_bytes(bytes, "standard input", &options, threads)?);
         }
         match self.path.to_str().and_then(|path| path.strip_prefix("synth:")) {
             Some(spec) => synth(spec).map_err(Failure::usage),
-            None => Ok(load(&self.path, &options)?),
+            None => Ok(load(&self.path, &options, threads)?),
         }
     }
 }

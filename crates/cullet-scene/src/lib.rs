@@ -7,14 +7,17 @@ mod data;
 mod error;
 mod files;
 mod gltf;
+mod images;
 mod load;
 mod obj;
 mod options;
 pub mod synth;
+mod tasks;
 mod write;
 
 pub use data::*;
 pub use error::{ErrorKind, LoadError};
-pub use load::{load, load_glb_bytes};
+pub use load::{load, load_glb_bytes, load_glb_bytes_with, load_with};
 pub use options::LoadOptions;
+pub use tasks::{Run, Task, in_turn};
 pub use write::{WriteError, write_glb};

@@ -1,14 +1,17 @@
 //! A scene made ready: everything that does not depend on the view, computed once.
 
-use std::sync::Arc;
+use std::cmp::Reverse;
+use std::collections::BTreeMap;
+use std::sync::{Arc, OnceLock};
 
 use cullet_cull::{Aabb, Hierarchy};
 use cullet_raster::NO_TRIANGLE;
-use cullet_scene::{Mesh, Scene, TextureRef};
+use cullet_scene::{self as scene, Image, Mesh, Scene, TextureRef};
 use cullet_shade::{Mips, Surface, Texture, srgb};
 use glam::Vec3;
 
 use crate::Item;
+use crate::schedule::{for_each, thread_count};
 
 /// Why a scene cannot be prepared.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -33,8 +36,15 @@ pub struct Prepared {
 }
 
 impl Prepared {
-    /// Prepares every object. Boxes are computed from the vertices, whatever a file claims.
-    pub fn new(mut scene: Scene) -> Result<Self, PrepareError> {
+    /// Prepares every object, on all cores. Boxes are computed from the vertices, whatever a file
+    /// claims.
+    pub fn new(scene: Scene) -> Result<Self, PrepareError> {
+        Prepared::with_threads(scene, 0)
+    }
+
+    /// Like [`Prepared::new`] on `threads` threads, 0 for one per core, which does not show in what
+    /// is prepared.
+    pub fn with_threads(mut scene: Scene, threads: usize) -> Result<Self, PrepareError> {
         let n_triangles: u64 =
             scene.objects.iter().map(|o| scene.meshes[o.mesh].triangles.len() as u64).sum();
         if n_triangles >= u64::from(NO_TRIANGLE) {
@@ -51,7 +61,7 @@ impl Prepared {
         });
         let items: Vec<Item> = items.collect();
         let boxes: Vec<Aabb> = items.iter().map(|item| item.bounds).collect();
-        let textures = textures(&mut scene);
+        let textures = textures(&mut scene, thread_count(threads));
         srgb::encode8(0.0); // its table is made at the first use, which no frame should pay for
         Ok(Prepared { scene, textures, items, hierarchy: Hierarchy::build(&boxes) })
     }
@@ -111,10 +121,66 @@ fn mesh_bounds(mesh: &Mesh) -> Aabb {
     Aabb::from_points(drawable(mesh).flatten().map(|p| p.as_dvec3()))
 }
 
-/// Moves the pixels of each image into a pyramid that its textures share.
-fn textures(scene: &mut Scene) -> Vec<Texture> {
-    let images = scene.images.iter_mut().map(std::mem::take);
-    let mips: Vec<Arc<Mips>> = images.map(|image| Arc::new(Mips::new(image))).collect();
-    let textures = scene.textures.iter();
-    textures.map(|t| Texture::shared(Arc::clone(&mips[t.image]), t.sampler)).collect()
+/// Moves the pixels of each image that is shown into a pyramid that its textures share, and those
+/// of equal images too: exporters write one image under many names. The largest come first: what is
+/// left at the end for one thread alone should be small.
+fn textures(scene: &mut Scene, threads: usize) -> Vec<Texture> {
+    let mut equal = BTreeMap::new();
+    let first: Vec<usize> =
+        scene.textures.iter().map(|t| first_equal(scene, t, &mut equal)).collect();
+    let mut is_shown = vec![false; scene.images.len()];
+    first.iter().for_each(|&image| is_shown[image] = true);
+    let mips: Vec<OnceLock<Arc<Mips>>> = scene.images.iter().map(|_| OnceLock::new()).collect();
+    let images = scene.images.iter_mut().map(std::mem::take).zip(&mips).zip(is_shown);
+    let mut jobs: Vec<_> = images.filter_map(|(job, is_shown)| is_shown.then_some(job)).collect();
+    jobs.sort_by_key(|(image, _)| Reverse(image.rgba.len()));
+    for_each(threads, jobs.into_iter(), |(image, mips)| {
+        mips.get_or_init(|| Arc::new(Mips::new(image)));
+    });
+    let texture = |(texture, image): (&scene::Texture, usize)| {
+        let mips = mips[image].get().expect("every image that is shown has a pyramid");
+        Texture::shared(Arc::clone(mips), texture.sampler)
+    };
+    scene.textures.iter().zip(first).map(texture).collect()
+}
+
+/// The image a texture shows, or one with the same pixels that an earlier one shows.
+fn first_equal<'s>(
+    scene: &'s Scene,
+    texture: &scene::Texture,
+    known: &mut BTreeMap<(u32, u32, &'s [u8]), usize>,
+) -> usize {
+    let Image { width, height, rgba, .. } = &scene.images[texture.image];
+    *known.entry((*width, *height, rgba)).or_insert(texture.image)
+}
+
+#[cfg(test)]
+mod tests {
+    use cullet_scene::synth::synth;
+
+    use super::*;
+
+    #[test]
+    fn equal_images_share_a_pyramid_whatever_the_number_of_threads() {
+        let mut scene = synth("showpiece").unwrap();
+        let n = scene.textures.len();
+        assert!(n > 1);
+        for i in 0..n {
+            let copy =
+                Image { name: "copy".into(), ..scene.images[scene.textures[i].image].clone() };
+            scene.textures.push(scene::Texture { image: scene.images.len(), ..scene.textures[i] });
+            scene.images.push(copy);
+        }
+        let prepare = |threads| Prepared::with_threads(scene.clone(), threads).unwrap().textures;
+        let one = prepare(1);
+        for threads in [2, 5] {
+            let many = prepare(threads);
+            assert_eq!(many.len(), 2 * n);
+            for i in 0..n {
+                assert!(Arc::ptr_eq(&many[i].mips, &many[n + i].mips));
+                assert_eq!(many[i].mips.levels(), one[i].mips.levels());
+                assert_eq!(many[i].wrap, one[i].wrap);
+            }
+        }
+    }
 }

@@ -43,11 +43,11 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let mut outputs = Outputs::open(&targets)?;
 
     let start = Instant::now();
-    let scene = args.source.load()?;
+    let scene = args.source.load(settings.threads)?;
     let load = start.elapsed();
     let (mut warnings, left_out) = (scene.warnings.clone(), scene.left_out.clone());
     let start = Instant::now();
-    let prepared = Prepared::new(scene)?;
+    let prepared = Prepared::with_threads(scene, settings.threads)?;
     let prepare = start.elapsed();
 
     let (camera, viewport) = camera::choose(&args.camera, args.size, &prepared)?;

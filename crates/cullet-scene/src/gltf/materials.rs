@@ -5,6 +5,7 @@
 use std::collections::BTreeMap;
 
 use ::gltf::json::material::AlphaMode as AlphaModeJson;
+use ::gltf::json::mesh::Primitive;
 use ::gltf::json::texture::{Info, MagFilter, MinFilter, Sampler as SamplerJson, WrappingMode};
 use ::gltf::json::validation::Checked;
 use glam::{Affine2, Mat2, Vec2, Vec4};
@@ -55,6 +56,11 @@ pub(super) fn load(input: &Input<'_>, output: &mut Output) {
             unlit: extensions.is_some_and(|all| all.unlit.is_some()),
         });
     }
+}
+
+/// Index in the scene of the material of a primitive.
+pub(super) fn index(json: &Primitive) -> usize {
+    json.material.map_or(0, |material| material.value() + 1)
 }
 
 /// Warns about what the materials that are drawn cannot show yet.

@@ -64,18 +64,14 @@ pub(super) fn load(
     posed: bool,
 ) -> Result<Option<(Mesh, Rows)>, LoadError> {
     refuse_compression(input, json)?;
-    let assembly = match json.mode {
-        Checked::Valid(Mode::Triangles) => Assembly::List,
-        Checked::Valid(Mode::TriangleStrip) => Assembly::Strip,
-        Checked::Valid(Mode::TriangleFan) => Assembly::Fan,
-        Checked::Valid(Mode::Points) => {
-            output.leave_out("primitives made of points");
-            return Ok(None);
-        }
-        _ => {
-            output.leave_out("primitives made of lines");
-            return Ok(None);
-        }
+    let Some(assembly) = Assembly::of(json) else {
+        let points = matches!(json.mode, Checked::Valid(Mode::Points));
+        output.leave_out(if points {
+            "primitives made of points"
+        } else {
+            "primitives made of lines"
+        });
+        return Ok(None);
     };
     let Some(positions) = open_positions(input, output, place, json) else { return Ok(None) };
     let indices = match json.indices {
@@ -131,6 +127,11 @@ pub(super) fn load(
     Ok(Some((mesh, rows)))
 }
 
+/// Neither points nor lines.
+pub(super) fn is_made_of_triangles(json: &Primitive) -> bool {
+    Assembly::of(json).is_some()
+}
+
 /// Without its extension, a compressed primitive would be drawn as zeros.
 fn refuse_compression(input: &Input<'_>, json: &Primitive) -> Result<(), LoadError> {
     let extension = json.extensions.as_ref().and_then(|all| all.others.get(extensions::DRACO));
@@ -153,6 +154,16 @@ enum Assembly {
 }
 
 impl Assembly {
+    /// `None`: not triangles.
+    fn of(json: &Primitive) -> Option<Assembly> {
+        match json.mode {
+            Checked::Valid(Mode::Triangles) => Some(Assembly::List),
+            Checked::Valid(Mode::TriangleStrip) => Some(Assembly::Strip),
+            Checked::Valid(Mode::TriangleFan) => Some(Assembly::Fan),
+            _ => None,
+        }
+    }
+
     fn n_triangles(self, n_corners: u64) -> u64 {
         match self {
             Assembly::List => n_corners / 3,
