@@ -86,6 +86,9 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         note(format_args!("left out: {}", left_out.join(", ")));
     }
     explain_depth(&pictures, &spans);
+    // The process is about to end, and the system takes memory back by the page. Freeing a scene of
+    // many objects piece by piece would only take longer.
+    std::mem::forget(prepared);
     Ok(())
 }
 
