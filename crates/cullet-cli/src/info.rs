@@ -27,7 +27,7 @@ pub struct InfoArgs {
 
 /// Prints everything there is to know.
 pub fn run(args: &InfoArgs) -> Result<(), Failure> {
-    let info = describe(&args.source.load(0)?);
+    let info = describe(&args.source.load(0)?.0);
     if args.json { print(&stats::json(&info)) } else { print(text(&info).as_bytes()) }
 }
 

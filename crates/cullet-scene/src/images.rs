@@ -12,7 +12,7 @@ use std::io::Cursor;
 use image::{ImageFormat, ImageReader, Limits};
 
 use crate::Image;
-use crate::tasks::{Run, Task};
+use crate::tasks::{Run, Task, TaskKind};
 
 /// Why there are no pixels.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -91,8 +91,8 @@ pub(crate) fn decode_all<'t>(
     let mut jobs: Vec<_> = places_of_file.into_iter().filter_map(job).collect();
     // The longest first: what is left at the end for one thread alone should be short.
     jobs.sort_by_key(|(encoded, _)| Reverse(encoded.n_pixels()));
-    let tasks = jobs.into_iter().map(|(encoded, places)| -> Task<'_> {
-        Box::new(move || {
+    let tasks = jobs.into_iter().map(|(encoded, places)| {
+        Task::new(TaskKind::Image, move || {
             let mut places = places.into_iter();
             let first = places.next().expect("every file has a place");
             *first = encoded.decode();
@@ -180,10 +180,10 @@ mod tests {
         let n_tasks = std::sync::Mutex::new(0);
         let run = |tasks: Vec<Task<'_>>| {
             *n_tasks.lock().unwrap() = tasks.len();
-            tasks.into_iter().rev().for_each(|task| task());
+            tasks.into_iter().rev().for_each(Task::run);
         };
         let mut ran = false;
-        let decoded = decode_all(&opened, &run, Some(Box::new(|| ran = true)));
+        let decoded = decode_all(&opened, &run, Some(Task::new(TaskKind::Geometry, || ran = true)));
         assert_eq!(*n_tasks.lock().unwrap(), 1 + 3);
         assert!(ran);
         for (i, value) in [(0, 1), (1, 2), (2, 1)] {

@@ -3,6 +3,7 @@
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
+use std::time::{Duration, Instant};
 
 use cullet_cull::{Aabb, Hierarchy};
 use cullet_raster::NO_TRIANGLE;
@@ -33,6 +34,7 @@ pub struct Prepared {
     textures: Vec<Texture>,
     items: Vec<Item>,
     hierarchy: Hierarchy,
+    pyramid_time: Duration,
 }
 
 impl Prepared {
@@ -61,9 +63,12 @@ impl Prepared {
         });
         let items: Vec<Item> = items.collect();
         let boxes: Vec<Aabb> = items.iter().map(|item| item.bounds).collect();
+        let start = Instant::now();
         let textures = textures(&mut scene, thread_count(threads));
+        let pyramid_time = start.elapsed();
         srgb::encode8(0.0); // its table is made at the first use, which no frame should pay for
-        Ok(Prepared { scene, textures, items, hierarchy: Hierarchy::build(&boxes) })
+        let hierarchy = Hierarchy::build(&boxes);
+        Ok(Prepared { scene, textures, items, hierarchy, pyramid_time })
     }
 
     /// The scene as loaded (its image bytes have moved into the texture pyramids).
@@ -79,6 +84,11 @@ impl Prepared {
     /// The tree over the boxes of the items.
     pub fn hierarchy(&self) -> &Hierarchy {
         &self.hierarchy
+    }
+
+    /// Wall time that the texture pyramids took.
+    pub fn pyramid_time(&self) -> Duration {
+        self.pyramid_time
     }
 
     /// World-space box around everything.

@@ -6,8 +6,6 @@
 use std::sync::{Mutex, PoisonError};
 use std::thread;
 
-use cullet_scene::Task;
-
 /// The number of threads that `setting` means: 0 is one per core.
 pub(crate) fn thread_count(setting: usize) -> usize {
     match setting {
@@ -41,11 +39,6 @@ where
         }
         drain();
     });
-}
-
-/// Does every task on `threads` threads, the first ones first. Returns when all are done.
-pub(crate) fn run_tasks(threads: usize, tasks: Vec<Task<'_>>) {
-    for_each(threads, tasks.into_iter(), |task| task());
 }
 
 #[cfg(test)]

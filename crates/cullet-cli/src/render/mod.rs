@@ -43,7 +43,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let mut outputs = Outputs::open(&targets)?;
 
     let start = Instant::now();
-    let scene = args.source.load(settings.threads)?;
+    let (scene, load_times) = args.source.load(settings.threads)?;
     let load = start.elapsed();
     let (mut warnings, left_out) = (scene.warnings.clone(), scene.left_out.clone());
     let start = Instant::now();
@@ -76,7 +76,8 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     }
     if args.stats.is_some() {
         let settings = settings_json(args, &camera, viewport, region);
-        let around = Around { load, prepare, encode };
+        let pyramids = prepared.pyramid_time();
+        let around = Around { load, load_times, prepare, pyramids, encode };
         let report = Report::new(&frames, &around, &warnings, &left_out, settings);
         outputs.write(targets.len() - 1, &stats::json(&report))?;
     }
@@ -314,7 +315,7 @@ fn settings_json(args: &RenderArgs, camera: &Camera, viewport: Viewport, region:
         value.to_possible_value().map(|value| value.get_name().to_owned())
     }
     let (width, height) = (viewport.width(), viewport.height());
-    let limits = args.source.options();
+    let limits = &args.source.limits;
     json!({
         "scene": args.source.path.to_string_lossy(),
         "output": args.output.to_string_lossy(),

@@ -30,7 +30,7 @@ use std::collections::BTreeMap;
 use self::document::Document;
 use self::images::Images;
 use crate::files::Root;
-use crate::tasks::Run;
+use crate::tasks::{Run, Task, TaskKind};
 use crate::{LoadError, LoadOptions, Material, Scene};
 
 /// Loads a glTF scene, binary or text; `name` is for messages, `files` reads what it names.
@@ -51,8 +51,10 @@ pub(crate) fn load(
     let n_file_bytes = files.used();
     let images = Images::expected(&input, &visits, &output);
     let mut loaded = Ok(());
-    let decoded = images
-        .decode(&input, Some(Box::new(|| loaded = objects::load(&input, &visits, &mut output))));
+    let geometry = Task::new(TaskKind::Geometry, || {
+        loaded = objects::load(&input, &visits, &mut output);
+    });
+    let decoded = images.decode(&input, Some(geometry));
     loaded?;
     images.finish(&input, decoded, n_file_bytes, &mut output)?;
     output.finish(name)
