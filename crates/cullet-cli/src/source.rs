@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use cullet::scene::synth::synth;
-use cullet::scene::{LoadOptions, Scene};
+use cullet::scene::{Images, LoadOptions, Scene};
 use cullet::{LoadTimes, load, load_glb_bytes};
 
 use crate::exit::Failure;
@@ -24,9 +24,9 @@ pub struct Source {
 
 impl Source {
     /// Loads or computes the scene, on `threads` threads (0: one per core); says what took how long.
-    pub fn load(&self, threads: usize) -> Result<(Scene, LoadTimes), Failure> {
+    pub fn load(&self, threads: usize, images: Images) -> Result<(Scene, LoadTimes), Failure> {
         let _progress = Progress::show("loading");
-        let options = &self.limits;
+        let options = &LoadOptions { images, ..self.limits.clone() };
         if self.path == Path::new("-") {
             // One byte more than allowed is enough to know that it is too much.
             let mut bytes = Vec::new();

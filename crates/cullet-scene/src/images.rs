@@ -10,6 +10,10 @@ use std::collections::BTreeMap;
 use std::io::Cursor;
 
 use image::{ImageFormat, ImageReader, Limits};
+use zune_core::bytestream::ZCursor;
+use zune_core::colorspace::ColorSpace;
+use zune_core::options::DecoderOptions;
+use zune_jpeg::JpegDecoder;
 
 use crate::Image;
 use crate::tasks::{Run, Task, TaskKind};
@@ -52,6 +56,38 @@ impl<'a> Encoded<'a> {
 
     /// The pixels, as RGBA with 8 bits. The image has no name yet.
     pub fn decode(&self) -> Result<Image, Failure> {
+        if self.format == ImageFormat::Jpeg
+            && let Some(image) = self.decode_jpeg()
+        {
+            return Ok(image);
+        }
+        self.decode_any()
+    }
+
+    /// A whole JPEG of three colours straight to RGBA: a pass and a buffer less than
+    /// [`Self::decode_any`], with the same pixels. `None` for all others.
+    fn decode_jpeg(&self) -> Option<Image> {
+        let (width, height) = (self.width as usize, self.height as usize);
+        let options = DecoderOptions::default()
+            .set_strict_mode(false)
+            .set_max_width(width)
+            .set_max_height(height)
+            .jpeg_set_out_colorspace(ColorSpace::RGBA);
+        let mut decoder = JpegDecoder::new_with_options(ZCursor::new(&*self.bytes), options);
+        decoder.decode_headers().ok()?;
+        if decoder.input_colorspace() != Some(ColorSpace::YCbCr)
+            || decoder.dimensions() != Some((width, height))
+        {
+            return None;
+        }
+        let rgba = decoder.decode().ok()?;
+        let (width, height) = (self.width, self.height);
+        let is_whole = rgba.len() as u64 == 4 * self.n_pixels();
+        is_whole.then(|| Image { width, height, rgba, ..Image::default() })
+    }
+
+    /// Every format and kind that `image` can read.
+    fn decode_any(&self) -> Result<Image, Failure> {
         let mut reader = ImageReader::with_format(Cursor::new(&*self.bytes), self.format);
         let mut limits = Limits::no_limits();
         limits.max_alloc = Some(self.n_pixels().saturating_mul(MAX_BYTES_PER_PIXEL) + SPARE_BYTES);
@@ -149,6 +185,36 @@ mod tests {
         let deep: ImageBuffer<Luma<u16>, Vec<u16>> = ImageBuffer::from_pixel(1, 1, Luma([0xffff]));
         let bytes = encode(deep.into(), ImageFormat::Png);
         assert_eq!(decode(&bytes, &mut 9).unwrap().rgba, [255; 4]);
+    }
+
+    #[test]
+    fn jpeg_has_the_same_pixels_by_either_way() {
+        let mut seed = 1u32;
+        let mut noise = || {
+            seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (seed >> 24) as u8
+        };
+        // Widths around the widths of wide code, smooth and rough.
+        for (width, height) in [(1, 1), (7, 9), (16, 16), (33, 17), (130, 40)] {
+            let mut picture = image::RgbImage::from_fn(width, height, |x, y| {
+                image::Rgb([(3 * x) as u8, (5 * y) as u8, (x + y) as u8])
+            });
+            for (i, pixel) in picture.pixels_mut().enumerate() {
+                if i % 3 == 0 {
+                    pixel.0 = [noise(), noise(), noise()];
+                }
+            }
+            let bytes = encode(picture.into(), ImageFormat::Jpeg);
+            let encoded = Encoded::open(Cow::Borrowed(&bytes), &mut 10_000).unwrap();
+            let fast = encoded.decode_jpeg().expect("three colours");
+            let plain = encoded.decode_any().unwrap();
+            assert_eq!((fast.width, fast.height), (width, height));
+            assert!(fast.rgba == plain.rgba, "{width}x{height}");
+        }
+        let grey = encode(GrayImage::new(9, 9).into(), ImageFormat::Jpeg);
+        let encoded = Encoded::open(Cow::Borrowed(&grey), &mut 100).unwrap();
+        assert!(encoded.decode_jpeg().is_none());
+        assert_eq!(encoded.decode().unwrap().rgba.len(), 4 * 81);
     }
 
     #[test]

@@ -18,6 +18,6 @@ mod write;
 pub use data::*;
 pub use error::{ErrorKind, LoadError};
 pub use load::{load, load_glb_bytes, load_glb_bytes_with, load_with};
-pub use options::LoadOptions;
+pub use options::{Images, LoadOptions};
 pub use tasks::{Run, Task, TaskKind, in_turn};
 pub use write::{WriteError, write_glb};

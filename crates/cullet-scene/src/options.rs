@@ -1,5 +1,7 @@
 //! How much of a file to load, and how much of the machine it may use.
 
+use crate::{AlphaMode, Material};
+
 /// What to load and when to stop. All limits are for one whole scene, so that no
 /// arrangement of small parts gets around them.
 ///
@@ -30,9 +32,32 @@ pub struct LoadOptions {
     #[cfg_attr(feature = "clap", arg(long, value_name = "BYTES", help_heading = "Limits"))]
     #[cfg_attr(feature = "clap", arg(default_value_t = LoadOptions::default().max_decoded_bytes))]
     pub max_decoded_bytes: u64,
-    /// Decode the images that base colours use. Without, they stay empty.
-    #[cfg_attr(feature = "clap", arg(skip = true))]
-    pub textures: bool,
+    /// Which images to decode. The others stay empty.
+    #[cfg_attr(feature = "clap", arg(skip))]
+    pub images: Images,
+}
+
+/// Which images to decode: those that base colours of drawn objects use, or fewer.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Images {
+    /// All that base colours use.
+    #[default]
+    BaseColors,
+    /// Only those whose alpha decides what is covered: enough for pictures of shapes.
+    Masks,
+    /// None.
+    None,
+}
+
+impl Images {
+    /// Whether the base colour image of a material is decoded.
+    pub(crate) fn wants(self, material: &Material) -> bool {
+        match self {
+            Images::BaseColors => true,
+            Images::Masks => matches!(material.alpha, AlphaMode::Mask { .. }),
+            Images::None => false,
+        }
+    }
 }
 
 impl Default for LoadOptions {
@@ -45,7 +70,7 @@ impl Default for LoadOptions {
             max_nodes: 1_000_000,
             max_triangles: 100_000_000,
             max_decoded_bytes: 1 << 32,
-            textures: true,
+            images: Images::BaseColors,
         }
     }
 }

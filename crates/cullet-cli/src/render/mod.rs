@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 
 use clap::ValueEnum;
 use cpu_time::ProcessTime;
+use cullet::scene::Images;
 use cullet::{
     Camera, Frame, FrameStats, Pass, Passes, Prepared, Region, Renderer, Settings, View, Viewport,
     legend,
@@ -43,7 +44,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let mut outputs = Outputs::open(&targets)?;
 
     let start = Instant::now();
-    let (scene, load_times) = args.source.load(settings.threads)?;
+    let (scene, load_times) = args.source.load(settings.threads, images(&settings))?;
     let load = start.elapsed();
     let (mut warnings, left_out) = (scene.warnings.clone(), scene.left_out.clone());
     let start = Instant::now();
@@ -91,6 +92,15 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     // many objects piece by piece would only take longer.
     std::mem::forget(prepared);
     Ok(())
+}
+
+/// The images that the passes show: colours, or else only those that cut shapes out.
+fn images(settings: &Settings) -> Images {
+    let colored = [Pass::Color, Pass::Linear, Pass::Albedo];
+    match colored.into_iter().any(|pass| settings.passes.contains(pass)) {
+        true => Images::BaseColors,
+        false => Images::Masks,
+    }
 }
 
 /// The part of the picture to draw: all of it, unless an option names one that lies in it.

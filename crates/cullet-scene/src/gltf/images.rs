@@ -11,7 +11,7 @@ use super::nodes::Visit;
 use super::{Input, Output, materials, primitive};
 use crate::images::{Decoded, Encoded, Failure, decode_all, placeholder};
 use crate::tasks::Task;
-use crate::{Image, LoadError};
+use crate::{Image, Images as Which, LoadError};
 
 /// The images that objects are going to use.
 pub(super) struct Images<'a> {
@@ -32,7 +32,7 @@ impl<'a> Images<'a> {
                 used[materials::index(json)] |= primitive::is_made_of_triangles(json);
             }
         }
-        Images::open(input, wanted(input, output, &used), output)
+        Images::open(input, wanted(input.options.images, output, &used), output)
     }
 
     fn open(input: &Input<'a>, wanted: Vec<usize>, output: &Output) -> Images<'a> {
@@ -68,7 +68,14 @@ impl<'a> Images<'a> {
             used[object.material] = true;
         }
         materials::warn_about_blending(output, &used);
-        let wanted = wanted(input, output, &used);
+        materials::leave_out_other_textures(input, output, &used);
+        if input.options.images == Which::Masks {
+            let n_all = wanted(Which::BaseColors, output, &used).len();
+            for _ in wanted(Which::Masks, output, &used).len()..n_all {
+                output.leave_out("images that the passes do not show");
+            }
+        }
+        let wanted = wanted(input.options.images, output, &used);
         if wanted != self.wanted {
             // Something cannot be drawn after all, and what it would have used must count for
             // nothing. Rare, so simply done again.
@@ -100,14 +107,12 @@ impl<'a> Images<'a> {
 }
 
 /// The images that the used materials need.
-fn wanted(input: &Input<'_>, output: &Output, used_materials: &[bool]) -> Vec<usize> {
+fn wanted(which: Which, output: &Output, used_materials: &[bool]) -> Vec<usize> {
     let mut used = vec![false; output.scene.images.len()];
-    if input.options.textures {
-        let materials = output.scene.materials.iter().zip(used_materials);
-        for (material, _) in materials.filter(|pair| *pair.1) {
-            if let Some(texture) = &material.base_color_texture {
-                used[output.scene.textures[texture.texture].image] = true;
-            }
+    let materials = output.scene.materials.iter().zip(used_materials);
+    for (material, _) in materials.filter(|pair| *pair.1 && which.wants(pair.0)) {
+        if let Some(texture) = &material.base_color_texture {
+            used[output.scene.textures[texture.texture].image] = true;
         }
     }
     (0..used.len()).filter(|&i| used[i]).collect()

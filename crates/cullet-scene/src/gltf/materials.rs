@@ -74,6 +74,23 @@ pub(super) fn warn_about_blending(output: &mut Output, used: &[bool]) {
     }
 }
 
+/// Lists the textures of drawn materials that no shading reads yet. They are not decoded.
+pub(super) fn leave_out_other_textures(input: &Input<'_>, output: &mut Output, used: &[bool]) {
+    for (json, _) in input.document.root.materials.iter().zip(&used[1..]).filter(|pair| *pair.1) {
+        let gloss = json.extensions.as_ref().and_then(|all| all.pbr_specular_glossiness.as_ref());
+        let others = [
+            json.pbr_metallic_roughness.metallic_roughness_texture.is_some(),
+            gloss.is_some_and(|gloss| gloss.specular_glossiness_texture.is_some()),
+            json.normal_texture.is_some(),
+            json.occlusion_texture.is_some(),
+            json.emissive_texture.is_some(),
+        ];
+        others.into_iter().filter(|other| *other).for_each(|_| output.leave_out(OTHER_TEXTURES));
+    }
+}
+
+const OTHER_TEXTURES: &str = "textures other than base colours";
+
 fn texture_ref(
     input: &Input<'_>,
     output: &mut Output,

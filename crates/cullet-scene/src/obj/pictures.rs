@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use crate::files::Root;
 use crate::images::{Encoded, Failure, decode_all, placeholder};
 use crate::tasks::Run;
-use crate::{Image, LoadError, LoadOptions, Sampler, Texture};
+use crate::{Image, Images, LoadError, LoadOptions, Sampler, Texture};
 
 use super::notes::Notes;
 
@@ -75,8 +75,8 @@ impl<'a> Pictures<'a> {
         path: &str,
         library: &str,
     ) -> Result<Option<Result<Encoded<'static>, Failure>>, LoadError> {
-        if !self.options.textures {
-            return Ok(None);
+        if self.options.images != Images::BaseColors {
+            return Ok(None); // no material here is a mask
         }
         let opened = match self.read_bytes(path, library) {
             Err(error @ LoadError::Limit { .. }) => return Err(error),

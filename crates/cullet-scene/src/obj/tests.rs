@@ -5,7 +5,7 @@ use std::fs;
 use glam::Affine2;
 
 use super::*;
-use crate::{AlphaMode, write_glb};
+use crate::{AlphaMode, Images, write_glb};
 
 /// Loads `text` as an OBJ file beside further files.
 fn loaded_with(text: impl AsRef<[u8]>, others: &[(&str, &[u8])]) -> Result<Scene, LoadError> {
@@ -201,7 +201,7 @@ fn many_materials_and_maps_are_told_apart() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("model.obj"), text).unwrap();
     fs::write(folder.path().join("m.mtl"), mtl).unwrap();
-    let options = LoadOptions { textures: false, ..LoadOptions::default() };
+    let options = LoadOptions { images: Images::None, ..LoadOptions::default() };
     let scene = crate::load(&folder.path().join("model.obj"), &options).unwrap();
     assert_eq!((scene.objects.len(), scene.images.len(), scene.textures.len()), (n, n, n));
     assert_eq!(scene.warnings.len(), 1, "black Kd");
