@@ -10,7 +10,7 @@ use ::gltf::json::texture::{Info, MagFilter, MinFilter, Sampler as SamplerJson, 
 use ::gltf::json::validation::Checked;
 use glam::{Affine2, Mat2, Vec2, Vec4};
 
-use super::{Input, Output, name_or};
+use super::{Input, Output, document, name_or};
 use crate::{AlphaMode, Image, Material, Sampler, Texture, TextureRef, Wrap};
 
 /// Adds all materials (file index + 1), the textures of their base colours, and all images,
@@ -142,7 +142,9 @@ fn texture(input: &Input<'_>, output: &mut Output, index: usize) -> Option<usize
     let root = &input.document.root;
     let json = root.textures.get(index)?;
     let webp = json.extensions.as_ref().and_then(|all| all.others.get("EXT_texture_webp"));
-    let webp = webp.and_then(|webp| webp.get("source")?.as_u64()).map(|source| source as usize);
+    let webp = webp
+        .and_then(|webp| document::whole_number(webp.get("source")?))
+        .map(|source| source as usize);
     let n_images = output.scene.images.len();
     let image = [webp, Some(json.source.value())].into_iter().flatten().find(|&i| i < n_images)?;
     let sampler = json.sampler.and_then(|sampler| root.get(sampler)).map(sampler);
