@@ -2,7 +2,7 @@
 
 use clap::Args;
 use cullet::cull::Aabb;
-use cullet::scene::{Lens, Scene, SceneCamera, Treatment};
+use cullet::scene::{Images, Lens, Scene, SceneCamera, Treatment};
 use cullet::shade::{Needs, Shading};
 use cullet_measure::{Align, Table};
 use glam::DVec3;
@@ -27,7 +27,7 @@ pub struct InfoArgs {
 
 /// Prints everything there is to know.
 pub fn run(args: &InfoArgs) -> Result<(), Failure> {
-    let info = describe(&args.source.load()?);
+    let info = describe(&args.source.load(0, Images::BaseColors)?.0);
     if args.json { print(&stats::json(&info)) } else { print(text(&info).as_bytes()) }
 }
 

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use cullet::scene::synth::synth;
-use cullet::scene::{LoadOptions, Scene, load, load_glb_bytes};
+use cullet::scene::{Images, LoadOptions, Scene};
+use cullet::{LoadTimes, load, load_glb_bytes};
 
 use crate::exit::Failure;
 use crate::message::Progress;
@@ -17,56 +18,26 @@ pub struct Source {
     /// computes a scene (`cullet synth --list` names them)
     #[arg(value_name = "SCENE")]
     pub path: PathBuf,
-    /// Limit for the scene file and all files it names together, in bytes
-    #[arg(long, value_name = "BYTES", default_value_t = LoadOptions::default().max_file_bytes)]
-    #[arg(help_heading = "Limits")]
-    max_file_bytes: u64,
-    /// Limit for all decoded images together, in pixels
-    #[arg(long, value_name = "PIXELS", default_value_t = LoadOptions::default().max_image_pixels)]
-    #[arg(help_heading = "Limits")]
-    max_image_pixels: u64,
-    /// Limit for visited nodes plus the objects made from them
-    #[arg(long, value_name = "COUNT", default_value_t = LoadOptions::default().max_nodes)]
-    #[arg(help_heading = "Limits")]
-    max_nodes: usize,
-    /// Limit for the triangles of all meshes, each mesh counted once
-    #[arg(long, value_name = "COUNT", default_value_t = LoadOptions::default().max_triangles)]
-    #[arg(help_heading = "Limits")]
-    max_triangles: u64,
-    /// Limit for the geometry that is decoded from glTF, in bytes
-    #[arg(long, value_name = "BYTES", default_value_t = LoadOptions::default().max_decoded_bytes)]
-    #[arg(help_heading = "Limits")]
-    max_decoded_bytes: u64,
+    #[command(flatten)]
+    pub limits: LoadOptions,
 }
 
 impl Source {
-    /// The limits as the loader takes them.
-    pub fn options(&self) -> LoadOptions {
-        LoadOptions {
-            max_file_bytes: self.max_file_bytes,
-            max_image_pixels: self.max_image_pixels,
-            max_nodes: self.max_nodes,
-            max_triangles: self.max_triangles,
-            max_decoded_bytes: self.max_decoded_bytes,
-            ..LoadOptions::default()
-        }
-    }
-
-    /// Loads or computes the scene.
-    pub fn load(&self) -> Result<Scene, Failure> {
+    /// Loads or computes the scene, on `threads` threads (0: one per core); says what took how long.
+    pub fn load(&self, threads: usize, images: Images) -> Result<(Scene, LoadTimes), Failure> {
         let _progress = Progress::show("loading");
-        let options = self.options();
+        let options = &LoadOptions { images, ..self.limits.clone() };
         if self.path == Path::new("-") {
             // One byte more than allowed is enough to know that it is too much.
             let mut bytes = Vec::new();
             let mut input = stdin().lock().take(options.max_file_bytes.saturating_add(1));
             let read = input.read_to_end(&mut bytes);
             read.map_err(|error| Failure::input(format!("standard input: {error}")))?;
-            return Ok(load_glb_bytes(bytes, "standard input", &options)?);
+            return Ok(load_glb_bytes(bytes, "standard input", options, threads)?);
         }
         match self.path.to_str().and_then(|path| path.strip_prefix("synth:")) {
-            Some(spec) => synth(spec).map_err(Failure::usage),
-            None => Ok(load(&self.path, &options)?),
+            Some(spec) => Ok((synth(spec).map_err(Failure::usage)?, LoadTimes::default())),
+            None => Ok(load(&self.path, options, threads)?),
         }
     }
 }

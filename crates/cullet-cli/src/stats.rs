@@ -1,11 +1,13 @@
 //! What a run did and how long it took, as JSON for `--stats`.
 //!
 //! All times are in milliseconds of wall time for one frame, the median one when there were
-//! several, except for `cpu_min_ms`: processor time of the whole process, all threads.
+//! several, except for `cpu_min_ms`: processor time of the whole process, all threads. Stages never
+//! overlap, whatever happens within them, so `total` is their sum (of the frame: and of what lies
+//! between them). `parts` tells what some of them consist of.
 
 use std::time::Duration;
 
-use cullet::FrameStats;
+use cullet::{FrameStats, LoadTimes};
 use serde::Serialize;
 use serde_json::Value;
 
@@ -38,8 +40,12 @@ impl Frames {
 pub struct Around {
     /// Reading and decoding the scene.
     pub load: Duration,
+    /// Parts of it, all threads together.
+    pub load_times: LoadTimes,
     /// Boxes, texture pyramids, kernels.
     pub prepare: Duration,
+    /// The part of it that the texture pyramids take.
+    pub pyramids: Duration,
     /// Samples to file bytes, all pictures.
     pub encode: Duration,
 }
@@ -54,6 +60,7 @@ pub struct Report<'a> {
     median_ms: f64,
     cpu_min_ms: Option<f64>,
     stages: Stages,
+    parts: Parts,
     total: f64,
     boxes_tested: u64,
     objects: Objects,
@@ -78,6 +85,18 @@ struct Stages {
     shade: f64,
     resolve: f64,
     encode: f64,
+}
+
+/// What stages consist of. Those of loading are done side by side, and their times are of all
+/// threads together.
+#[derive(Debug, Serialize)]
+struct Parts {
+    /// Of `load`: vertices and triangles.
+    geometry: f64,
+    /// Of `load`: pixels of images.
+    images: f64,
+    /// Of `prepare`: smaller copies of images. Wall time.
+    pyramids: f64,
 }
 
 #[derive(Debug, Serialize)]
@@ -156,6 +175,11 @@ impl<'a> Report<'a> {
                 shade: ms(stats.stages.shade),
                 resolve: ms(stats.stages.resolve),
                 encode: ms(around.encode),
+            },
+            parts: Parts {
+                geometry: ms(around.load_times.geometry),
+                images: ms(around.load_times.images),
+                pyramids: ms(around.pyramids),
             },
             total: ms(around.load + around.prepare + stats.total + around.encode),
             boxes_tested: stats.boxes_tested,

@@ -5,10 +5,10 @@
 //! in total than [`LoadOptions::max_file_bytes`]. Data URIs are decoded here too.
 
 use std::borrow::Cow;
-use std::cell::Cell;
 use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::{Component, Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use base64::Engine;
 use base64::alphabet;
@@ -23,7 +23,8 @@ pub struct Root {
     /// `None` for a scene that came without a folder (standard input).
     folder: Option<PathBuf>,
     limit: u64,
-    used: Cell<u64>,
+    /// Files are read by one thread; atomic only so that others may hold the folder.
+    used: AtomicU64,
 }
 
 impl Root {
@@ -31,12 +32,12 @@ impl Root {
     pub fn beside(scene: &Path, options: &LoadOptions) -> Root {
         let folder = scene.parent().map(Path::to_path_buf).unwrap_or_default();
         let folder = if folder.as_os_str().is_empty() { PathBuf::from(".") } else { folder };
-        Root { folder: Some(folder), limit: options.max_file_bytes, used: Cell::new(0) }
+        Root { folder: Some(folder), limit: options.max_file_bytes, used: AtomicU64::new(0) }
     }
 
     /// No folder: only data URIs can be read.
     pub fn nowhere(options: &LoadOptions) -> Root {
-        Root { folder: None, limit: options.max_file_bytes, used: Cell::new(0) }
+        Root { folder: None, limit: options.max_file_bytes, used: AtomicU64::new(0) }
     }
 
     /// Reads the scene file itself, wherever the user says it is.
@@ -70,12 +71,22 @@ impl Root {
 
     /// Counts bytes that did not come from a file here against the limit of the scene.
     pub fn count_bytes(&self, shown: &str, n_bytes: u64) -> Result<(), LoadError> {
-        let used = self.used.get().saturating_add(n_bytes);
+        let used = self.used().saturating_add(n_bytes);
         if used > self.limit {
             return Err(FileError::TooBig { limit: self.limit }.into_load_error(shown, ""));
         }
-        self.used.set(used);
+        self.set_used(used);
         Ok(())
+    }
+
+    /// Bytes read so far.
+    pub fn used(&self) -> u64 {
+        self.used.load(Ordering::Relaxed)
+    }
+
+    /// Lets `used` bytes count as read: those of files that turned out not to be needed do not.
+    pub fn set_used(&self, used: u64) {
+        self.used.store(used, Ordering::Relaxed);
     }
 
     fn read_first_of(&self, names: &[&str]) -> Result<Vec<u8>, LoadError> {
@@ -109,7 +120,7 @@ impl Root {
         if !metadata.is_file() {
             return Err(FileError::NotRegular);
         }
-        let left = self.limit - self.used.get();
+        let left = self.limit - self.used();
         let too_big = FileError::TooBig { limit: self.limit };
         if metadata.len() > left {
             return Err(too_big);
@@ -119,7 +130,7 @@ impl Root {
         if bytes.len() as u64 > left {
             return Err(too_big);
         }
-        self.used.set(self.used.get() + bytes.len() as u64);
+        self.set_used(self.used() + bytes.len() as u64);
         if bytes.starts_with(LFS_POINTER) {
             return Err(FileError::LfsPointer);
         }

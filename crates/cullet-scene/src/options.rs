@@ -1,24 +1,63 @@
 //! How much of a file to load, and how much of the machine it may use.
 
+use crate::{AlphaMode, Material};
+
 /// What to load and when to stop. All limits are for one whole scene, so that no
 /// arrangement of small parts gets around them.
+///
+/// With the feature `clap` this is a group of command line options, and the words below are their
+/// help.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct LoadOptions {
-    /// Bytes of the scene file and all files it names. `--max-file-bytes`.
+    /// Limit for the scene file and all files it names together, in bytes
+    #[cfg_attr(feature = "clap", arg(long, value_name = "BYTES", help_heading = "Limits"))]
+    #[cfg_attr(feature = "clap", arg(default_value_t = LoadOptions::default().max_file_bytes))]
     pub max_file_bytes: u64,
-    /// Pixels of all images that are decoded. `--max-image-pixels`.
+    /// Limit for all decoded images together, in pixels
+    #[cfg_attr(feature = "clap", arg(long, value_name = "PIXELS", help_heading = "Limits"))]
+    #[cfg_attr(feature = "clap", arg(default_value_t = LoadOptions::default().max_image_pixels))]
     pub max_image_pixels: u64,
-    /// Visits of nodes plus objects made from them. `--max-nodes`.
+    /// Limit for visited nodes plus the objects made from them
+    #[cfg_attr(feature = "clap", arg(long, value_name = "COUNT", help_heading = "Limits"))]
+    #[cfg_attr(feature = "clap", arg(default_value_t = LoadOptions::default().max_nodes))]
     pub max_nodes: usize,
-    /// Triangles of all meshes, each counted once however often it is placed.
-    /// `--max-triangles`.
+    /// Limit for the triangles of all meshes, each mesh counted once
+    #[cfg_attr(feature = "clap", arg(long, value_name = "COUNT", help_heading = "Limits"))]
+    #[cfg_attr(feature = "clap", arg(default_value_t = LoadOptions::default().max_triangles))]
     pub max_triangles: u64,
-    /// Bytes of the geometry that is decoded from glTF: triangles and vertices, morph targets
-    /// and matrices too. What OBJ files hold is at most a few times their own size.
-    /// `--max-decoded-bytes`.
+    // Triangles and vertices, morph targets and matrices too. What OBJ files hold is at most a few
+    // times their own size.
+    /// Limit for the geometry that is decoded from glTF, in bytes
+    #[cfg_attr(feature = "clap", arg(long, value_name = "BYTES", help_heading = "Limits"))]
+    #[cfg_attr(feature = "clap", arg(default_value_t = LoadOptions::default().max_decoded_bytes))]
     pub max_decoded_bytes: u64,
-    /// Decode the images that base colours use. Without, they stay empty.
-    pub textures: bool,
+    /// Which images to decode. The others stay empty.
+    #[cfg_attr(feature = "clap", arg(skip))]
+    pub images: Images,
+}
+
+/// Which images to decode: those that base colours of drawn objects use, or fewer.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Images {
+    /// All that base colours use.
+    #[default]
+    BaseColors,
+    /// Only those whose alpha decides what is covered: enough for pictures of shapes.
+    Masks,
+    /// None.
+    None,
+}
+
+impl Images {
+    /// Whether the base colour image of a material is decoded.
+    pub(crate) fn wants(self, material: &Material) -> bool {
+        match self {
+            Images::BaseColors => true,
+            Images::Masks => matches!(material.alpha, AlphaMode::Mask { .. }),
+            Images::None => false,
+        }
+    }
 }
 
 impl Default for LoadOptions {
@@ -31,7 +70,7 @@ impl Default for LoadOptions {
             max_nodes: 1_000_000,
             max_triangles: 100_000_000,
             max_decoded_bytes: 1 << 32,
-            textures: true,
+            images: Images::BaseColors,
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use cullet_scene::{ErrorKind, LoadError, LoadOptions, Scene, load_glb_bytes};
+use cullet_scene::{ErrorKind, Images, LoadError, LoadOptions, Scene, load_glb_bytes};
 use glam::{DVec3, Vec3, Vec4};
 
 /// A document with the given text after its asset, and four accessors over a GLB chunk:
@@ -209,6 +209,32 @@ fn a_node_without_finite_transform_is_left_out() {
     ));
     let scene = scene.unwrap();
     assert_eq!((scene.objects.len(), scene.warnings.len()), (2, 2));
+}
+
+#[test]
+fn only_images_that_are_asked_for_are_read() {
+    let load = |alpha_mode: &str, images| {
+        let rest = format!(
+            r#","images":[{{"uri":"gone.png"}}],"textures":[{{"source":0}}],
+            "materials":[{{"normalTexture":{{"index":0}},"alphaMode":"{alpha_mode}",
+            "pbrMetallicRoughness":{{"baseColorTexture":{{"index":0}}}}}}]"#
+        );
+        let primitive = r#"{"attributes":{"POSITION":0},"indices":1,"material":0}"#;
+        let options = LoadOptions { images, ..LoadOptions::default() };
+        load_glb_bytes(document(&(rest + &one_mesh(primitive, ""))), "t.glb", &options).unwrap()
+    };
+    let others = "textures other than base colours: 1";
+    let not_shown = "images that the passes do not show: 1";
+    for (alpha_mode, images, n_warnings, left_out) in [
+        ("OPAQUE", Images::BaseColors, 1, &[others][..]),
+        ("OPAQUE", Images::Masks, 0, &[not_shown, others]),
+        ("MASK", Images::Masks, 1, &[others]),
+        ("MASK", Images::None, 0, &[others]),
+    ] {
+        let scene = load(alpha_mode, images);
+        assert_eq!(scene.warnings.len(), n_warnings, "{alpha_mode} {images:?}");
+        assert_eq!(scene.left_out, left_out, "{alpha_mode} {images:?}");
+    }
 }
 
 #[test]

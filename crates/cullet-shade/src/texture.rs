@@ -62,7 +62,7 @@ struct Size {
 }
 
 /// One size of an image.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Level<'a> {
     width: u32,
     height: u32,

@@ -1,10 +1,13 @@
 //! A scene made ready: everything that does not depend on the view, computed once.
 
-use std::sync::Arc;
+use std::cmp::Reverse;
+use std::collections::BTreeMap;
+use std::sync::{Arc, OnceLock};
+use std::time::{Duration, Instant};
 
 use cullet_cull::{Aabb, Hierarchy};
 use cullet_raster::CENTRE_COVERED;
-use cullet_scene::{Mesh, Scene, TextureRef};
+use cullet_scene::{self as scene, Image, Mesh, Scene, TextureRef};
 use cullet_shade::{Mips, Surface, Texture, srgb};
 use glam::Vec3;
 
@@ -37,11 +40,19 @@ pub struct Prepared {
     /// By mesh.
     clusters: Vec<Clusters>,
     hierarchy: Hierarchy,
+    pyramid_time: Duration,
 }
 
 impl Prepared {
-    /// Prepares every object. Boxes are computed from the vertices, whatever a file claims.
-    pub fn new(mut scene: Scene) -> Result<Self, PrepareError> {
+    /// Prepares every object, on all cores. Boxes are computed from the vertices, whatever a file
+    /// claims.
+    pub fn new(scene: Scene) -> Result<Self, PrepareError> {
+        Prepared::with_threads(scene, 0)
+    }
+
+    /// Like [`Prepared::new`] on `threads` threads, 0 for one per core, which does not show in what
+    /// is prepared.
+    pub fn with_threads(mut scene: Scene, threads: usize) -> Result<Self, PrepareError> {
         let n_triangles: u64 =
             scene.objects.iter().map(|o| scene.meshes[o.mesh].triangles.len() as u64).sum();
         if n_triangles > u64::from(MAX_TRIANGLES) {
@@ -58,11 +69,13 @@ impl Prepared {
         });
         let items: Vec<Item> = items.collect();
         let boxes: Vec<Aabb> = items.iter().map(|item| item.bounds).collect();
-        let textures = textures(&mut scene);
+        let start = Instant::now();
+        let textures = textures(&mut scene, thread_count(threads));
+        let pyramid_time = start.elapsed();
         srgb::encode8(0.0); // its table is made at the first use, which no frame should pay for
         let hierarchy = Hierarchy::build(&boxes);
-        let clusters = clusters(&scene.meshes);
-        Ok(Prepared { scene, textures, items, clusters, hierarchy })
+        let clusters = clusters(&scene.meshes, thread_count(threads));
+        Ok(Prepared { scene, textures, items, clusters, hierarchy, pyramid_time })
     }
 
     /// The scene as loaded (its image bytes have moved into the texture pyramids).
@@ -78,6 +91,11 @@ impl Prepared {
     /// The tree over the boxes of the items.
     pub fn hierarchy(&self) -> &Hierarchy {
         &self.hierarchy
+    }
+
+    /// Wall time that the texture pyramids took.
+    pub fn pyramid_time(&self) -> Duration {
+        self.pyramid_time
     }
 
     /// World-space box around everything.
@@ -126,17 +144,74 @@ fn mesh_bounds(mesh: &Mesh) -> Aabb {
 }
 
 /// Cuts every mesh, on all cores.
-fn clusters(meshes: &[Mesh]) -> Vec<Clusters> {
+fn clusters(meshes: &[Mesh], threads: usize) -> Vec<Clusters> {
     let mut clusters = vec![Clusters::default(); meshes.len()];
     let jobs = clusters.iter_mut().zip(meshes);
-    for_each(thread_count(0), jobs, |(clusters, mesh)| *clusters = Clusters::new(mesh));
+    for_each(threads, jobs, |(clusters, mesh)| *clusters = Clusters::new(mesh));
     clusters
 }
 
-/// Moves the pixels of each image into a pyramid that its textures share.
-fn textures(scene: &mut Scene) -> Vec<Texture> {
-    let images = scene.images.iter_mut().map(std::mem::take);
-    let mips: Vec<Arc<Mips>> = images.map(|image| Arc::new(Mips::new(image))).collect();
-    let textures = scene.textures.iter();
-    textures.map(|t| Texture::shared(Arc::clone(&mips[t.image]), t.sampler)).collect()
+/// Moves the pixels of each image that is shown into a pyramid that its textures share, and those
+/// of equal images too: exporters write one image under many names. The largest come first: what is
+/// left at the end for one thread alone should be small.
+fn textures(scene: &mut Scene, threads: usize) -> Vec<Texture> {
+    let mut equal = BTreeMap::new();
+    let first: Vec<usize> =
+        scene.textures.iter().map(|t| first_equal(scene, t, &mut equal)).collect();
+    let mut is_shown = vec![false; scene.images.len()];
+    first.iter().for_each(|&image| is_shown[image] = true);
+    let mips: Vec<OnceLock<Arc<Mips>>> = scene.images.iter().map(|_| OnceLock::new()).collect();
+    let images = scene.images.iter_mut().map(std::mem::take).zip(&mips).zip(is_shown);
+    let mut jobs: Vec<_> = images.filter_map(|(job, is_shown)| is_shown.then_some(job)).collect();
+    jobs.sort_by_key(|(image, _)| Reverse(image.rgba.len()));
+    for_each(threads, jobs.into_iter(), |(image, mips)| {
+        mips.get_or_init(|| Arc::new(Mips::new(image)));
+    });
+    let texture = |(texture, image): (&scene::Texture, usize)| {
+        let mips = mips[image].get().expect("every image that is shown has a pyramid");
+        Texture::shared(Arc::clone(mips), texture.sampler)
+    };
+    scene.textures.iter().zip(first).map(texture).collect()
+}
+
+/// The image a texture shows, or one with the same pixels that an earlier one shows.
+fn first_equal<'s>(
+    scene: &'s Scene,
+    texture: &scene::Texture,
+    known: &mut BTreeMap<(u32, u32, &'s [u8]), usize>,
+) -> usize {
+    let Image { width, height, rgba, .. } = &scene.images[texture.image];
+    *known.entry((*width, *height, rgba)).or_insert(texture.image)
+}
+
+#[cfg(test)]
+mod tests {
+    use cullet_scene::synth::synth;
+
+    use super::*;
+
+    #[test]
+    fn equal_images_share_a_pyramid_whatever_the_number_of_threads() {
+        let mut scene = synth("showpiece").unwrap();
+        let n = scene.textures.len();
+        assert!(n > 1);
+        for i in 0..n {
+            let copy =
+                Image { name: "copy".into(), ..scene.images[scene.textures[i].image].clone() };
+            scene.textures.push(scene::Texture { image: scene.images.len(), ..scene.textures[i] });
+            scene.images.push(copy);
+        }
+        let prepare = |threads| Prepared::with_threads(scene.clone(), threads).unwrap().textures;
+        let one = prepare(1);
+        for threads in [2, 5] {
+            let many = prepare(threads);
+            assert_eq!(many.len(), 2 * n);
+            for i in 0..n {
+                assert!(Arc::ptr_eq(&many[i].mips, &many[n + i].mips));
+                let (a, b) = (many[i].mips.levels(), one[i].mips.levels());
+                assert!(a.eq(b));
+                assert_eq!(many[i].wrap, one[i].wrap);
+            }
+        }
+    }
 }

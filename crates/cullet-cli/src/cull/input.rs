@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use cullet::cull::{Aabb, DepthRange, Frustum};
+use cullet::scene::Images;
 use cullet::{Camera, Prepared, Viewport};
 use glam::{DMat4, DVec3, DVec4};
 use serde::Deserialize;
@@ -44,7 +45,7 @@ pub struct Shot {
 pub fn read(args: &CullArgs) -> Result<Input, Failure> {
     match (&args.source, &args.boxes) {
         (Some(source), _) => {
-            let scene = source.load()?;
+            let (scene, _) = source.load(0, Images::BaseColors)?;
             warn(&scene.warnings);
             let prepared = Prepared::new(scene).map_err(Failure::limit)?;
             let boxes: Vec<Aabb> = prepared.items().iter().map(|item| item.bounds).collect();

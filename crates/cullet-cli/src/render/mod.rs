@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 
 use clap::ValueEnum;
 use cpu_time::ProcessTime;
+use cullet::scene::Images;
 use cullet::{
     Camera, Frame, FrameStats, Pass, Passes, Prepared, Region, Renderer, Settings, View, Viewport,
     legend,
@@ -43,11 +44,11 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let mut outputs = Outputs::open(&targets)?;
 
     let start = Instant::now();
-    let scene = args.source.load()?;
+    let (scene, load_times) = args.source.load(settings.threads, images(&settings))?;
     let load = start.elapsed();
     let (mut warnings, left_out) = (scene.warnings.clone(), scene.left_out.clone());
     let start = Instant::now();
-    let prepared = Prepared::new(scene)?;
+    let prepared = Prepared::with_threads(scene, settings.threads)?;
     let prepare = start.elapsed();
 
     let (camera, viewport) = camera::choose(&args.camera, args.size, &prepared)?;
@@ -76,7 +77,8 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     }
     if args.stats.is_some() {
         let settings = settings_json(args, &camera, viewport, region);
-        let around = Around { load, prepare, encode };
+        let pyramids = prepared.pyramid_time();
+        let around = Around { load, load_times, prepare, pyramids, encode };
         let report = Report::new(&frames, &around, &warnings, &left_out, settings);
         outputs.write(targets.len() - 1, &stats::json(&report))?;
     }
@@ -86,7 +88,19 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         note(format_args!("left out: {}", left_out.join(", ")));
     }
     explain_depth(&pictures, &spans);
+    // The process is about to end, and the system takes memory back by the page. Freeing a scene of
+    // many objects piece by piece would only take longer.
+    std::mem::forget(prepared);
     Ok(())
+}
+
+/// The images that the passes show: colours, or else only those that cut shapes out.
+fn images(settings: &Settings) -> Images {
+    let colored = [Pass::Color, Pass::Linear, Pass::Albedo];
+    match colored.into_iter().any(|pass| settings.passes.contains(pass)) {
+        true => Images::BaseColors,
+        false => Images::Masks,
+    }
 }
 
 /// The part of the picture to draw: all of it, unless an option names one that lies in it.
@@ -311,7 +325,7 @@ fn settings_json(args: &RenderArgs, camera: &Camera, viewport: Viewport, region:
         value.to_possible_value().map(|value| value.get_name().to_owned())
     }
     let (width, height) = (viewport.width(), viewport.height());
-    let limits = args.source.options();
+    let limits = &args.source.limits;
     json!({
         "scene": args.source.path.to_string_lossy(),
         "output": args.output.to_string_lossy(),

@@ -58,9 +58,11 @@ pub fn pixels(picture: &Picture, frame: &Frame, spans: &Spans) -> Pixels {
 fn color(frame: &Frame, picture: &Picture) -> (usize, Samples) {
     let channels = if picture.alpha { 4 } else { 3 };
     let samples = match picture.bits {
-        Bits::U8 => Samples::U8(
-            frame.rgba8.iter().flat_map(|rgba| rgba.iter().take(channels).copied()).collect(),
-        ),
+        Bits::U8 if picture.alpha => Samples::U8(frame.rgba8.as_flattened().to_vec()),
+        Bits::U8 => {
+            let rgb: Vec<[u8; 3]> = frame.rgba8.iter().map(|&[r, g, b, _]| [r, g, b]).collect();
+            Samples::U8(rgb.into_flattened())
+        }
         Bits::U16 => Samples::U16(
             frame.linear.iter().flat_map(|c| encode16(*c).into_iter().take(channels)).collect(),
         ),

@@ -61,6 +61,32 @@ impl<'a> Accessor<'a> {
         self.numbers(i, true)
     }
 
+    /// [`Self::row`] of the first `n` rows, where they stand in the file just as in memory: floats,
+    /// side by side, none replaced. `None` where they do not.
+    pub fn packed_floats<const N: usize>(&self, n: u64) -> Option<&'a [[[u8; 4]; N]]> {
+        let is_plain = self.component == ComponentType::F32 && self.shape.multiplicity() == N;
+        if is_plain { self.packed(n) } else { None }
+    }
+
+    /// [`Self::integer`] of all rows as bytes, `N` at a time and without those left at the end,
+    /// where they stand side by side, `SIZE` bytes each, none replaced. `None` where they do not.
+    pub fn packed_integers<const SIZE: usize, const N: usize>(
+        &self,
+    ) -> Option<&'a [[[u8; SIZE]; N]]> {
+        let is_plain = self.component.size() == SIZE && self.shape == Type::Scalar;
+        if is_plain { self.packed(self.count / N as u64) } else { None }
+    }
+
+    /// The first `n` times `N` times `SIZE` bytes, if they are rows without gaps.
+    fn packed<const SIZE: usize, const N: usize>(&self, n: u64) -> Option<&'a [[[u8; SIZE]; N]]> {
+        let rows = self.rows.filter(|_| self.replacements.is_none())?;
+        let size = self.component.size() * self.shape.multiplicity();
+        if rows.stride != size {
+            return None;
+        }
+        rows.bytes.as_chunks().0.as_chunks().0.get(..usize::try_from(n).ok()?)
+    }
+
     fn numbers<const N: usize>(&self, i: u64, normalized: bool) -> [f32; N] {
         let mut row = [0.0; N];
         if let Some(bytes) = self.row_bytes(i) {
@@ -287,6 +313,49 @@ mod tests {
         assert!(open_json(json, &[3, 1, 7, 8], false).is_err());
         assert!(open_json(json, &[1, 4, 7, 8], false).is_err());
         assert!(open_json(json, &[1, 2, 3], false).is_err());
+    }
+
+    /// Plain twins: `row` and `integer`.
+    #[test]
+    fn packed_rows_are_the_rows() {
+        let bytes: Vec<u8> = (0..48u8).map(|i| i.wrapping_mul(37)).collect();
+        let text = |accessor: &str, stride: &str| {
+            format!(
+                r#"{{"asset":{{"version":"2.0"}},"accessors":[{accessor}],
+                "buffers":[{{"byteLength":48}}],
+                "bufferViews":[{{"buffer":0,"byteLength":48{stride}}}]}}"#
+            )
+        };
+        let buffers = [Cow::Borrowed(&bytes[..])];
+        let with = |json: String, check: &dyn Fn(Accessor<'_>)| {
+            let root: Root = serde_json::from_str(&json).unwrap();
+            check(Accessor::open(&root, &buffers, Index::new(0)).unwrap());
+        };
+        let floats =
+            r#"{"bufferView":0,"byteOffset":4,"count":3,"componentType":5126,"type":"VEC3"}"#;
+        with(text(floats, ""), &|accessor| {
+            let packed = accessor.packed_floats::<3>(3).unwrap();
+            for (i, row) in (0..).zip(packed) {
+                let expected = accessor.row::<3>(i).map(f32::to_bits);
+                assert_eq!(row.map(u32::from_le_bytes), expected);
+            }
+            assert_eq!(accessor.packed_floats::<3>(2).unwrap().len(), 2);
+            assert!(accessor.packed_floats::<2>(3).is_none());
+            assert!(accessor.packed_integers::<4, 3>().is_none());
+        });
+        with(text(floats, r#","byteStride":16"#), &|accessor| {
+            assert!(accessor.packed_floats::<3>(3).is_none());
+        });
+        let indices =
+            r#"{"bufferView":0,"byteOffset":2,"count":8,"componentType":5123,"type":"SCALAR"}"#;
+        with(text(indices, ""), &|accessor| {
+            let packed = accessor.packed_integers::<2, 3>().unwrap();
+            assert_eq!(packed.len(), 2);
+            for (i, bytes) in (0..).zip(packed.as_flattened()) {
+                assert_eq!(u32::from(u16::from_le_bytes(*bytes)), accessor.integer(i));
+            }
+            assert!(accessor.packed_integers::<4, 3>().is_none());
+        });
     }
 
     #[test]

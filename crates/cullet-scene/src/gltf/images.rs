@@ -1,155 +1,145 @@
 //! What pixels do the base colours need?
 //!
-//! Images are recognised by content, never by name. One that cannot be shown becomes a
-//! visible checkerboard with a warning: a missing texture should be seen, not guessed at.
+//! One that cannot be shown becomes a visible checkerboard with a warning. Which images are needed
+//! is known for sure only when all geometry is there; what the document promises is decoded while
+//! the geometry is read, and counts if the promise was kept.
 
-use std::io::Cursor;
-
-use ::gltf::json::Image as ImageJson;
-use image::{ImageFormat, ImageReader, Limits};
+use std::borrow::Cow;
 
 use super::accessor::view_bytes;
-use super::{Input, Output, materials};
-use crate::{Image, LoadError};
+use super::nodes::Visit;
+use super::{Input, Output, materials, primitive};
+use crate::images::{Decoded, Encoded, Failure, decode_all, placeholder};
+use crate::tasks::Task;
+use crate::{Image, Images as Which, LoadError};
 
-/// Decodes the images that the base colours of drawn objects use.
-pub(super) fn decode(input: &Input<'_>, output: &mut Output) -> Result<(), LoadError> {
-    let mut used_materials = vec![false; output.scene.materials.len()];
-    for object in &output.scene.objects {
-        used_materials[object.material] = true;
-    }
-    materials::warn_about_blending(output, &used_materials);
-    if !input.options.textures {
-        return Ok(());
-    }
-    let mut used_images = vec![false; output.scene.images.len()];
-    for (material, _) in output.scene.materials.iter().zip(&used_materials).filter(|pair| *pair.1) {
-        if let Some(texture) = &material.base_color_texture {
-            used_images[output.scene.textures[texture.texture].image] = true;
-        }
-    }
-    let mut pixels_left = input.options.max_image_pixels;
-    for i in (0..used_images.len()).filter(|&i| used_images[i]) {
-        let json = &input.document.root.images[i];
-        let name = std::mem::take(&mut output.scene.images[i].name);
-        let place = format!("image `{name}`");
-        let decoded = match read_bytes(input, json) {
-            Ok(bytes) => decode_one(&bytes, &mut pixels_left),
-            Err(error @ LoadError::Limit { .. }) => return Err(error),
-            Err(error) => Err(Failure::Damaged(error.to_string())),
-        };
-        output.scene.images[i] = match decoded {
-            Ok(image) => Image { name, ..image },
-            Err(Failure::Damaged(problem)) => {
-                output.warn(&place, format_args!("{problem}; a checkerboard is shown instead"));
-                Image { name, ..placeholder() }
-            }
-            Err(Failure::TooBig) => {
-                return Err(LoadError::Limit {
-                    path: input.name.to_string(),
-                    what: format!("the number of pixels up to {place}"),
-                    limit: input.options.max_image_pixels,
-                    option: "--max-image-pixels",
-                });
-            }
-        };
-    }
-    Ok(())
+/// The images that objects are going to use.
+pub(super) struct Images<'a> {
+    /// Which of the images in the file, increasing.
+    wanted: Vec<usize>,
+    /// Of each of them: the file, or what is wrong with it. Or why the load must stop.
+    opened: Result<Vec<Result<Encoded<'a>, Failure>>, LoadError>,
 }
 
-fn read_bytes(input: &Input<'_>, json: &ImageJson) -> Result<Vec<u8>, LoadError> {
+impl<'a> Images<'a> {
+    /// Reads the files that will be used if all primitives can be.
+    pub fn expected(input: &Input<'a>, visits: &[Visit], output: &Output) -> Images<'a> {
+        let root = &input.document.root;
+        let mut used = vec![false; output.scene.materials.len()];
+        for visit in visits.iter().filter(|visit| visit.visible) {
+            let mesh = root.nodes[visit.file_index].mesh;
+            for json in mesh.iter().flat_map(|mesh| &root.meshes[mesh.value()].primitives) {
+                used[materials::index(json)] |= primitive::is_made_of_triangles(json);
+            }
+        }
+        Images::open(input, wanted(input.options.images, output, &used), output)
+    }
+
+    fn open(input: &Input<'a>, wanted: Vec<usize>, output: &Output) -> Images<'a> {
+        let mut pixels_left = input.options.max_image_pixels;
+        let open = |&i: &usize| match read(input, i) {
+            Ok(bytes) => match Encoded::open(bytes, &mut pixels_left) {
+                Err(Failure::TooBig) => Err(too_big(input, &place(output, i))),
+                opened => Ok(opened),
+            },
+            Err(error @ LoadError::Limit { .. }) => Err(error),
+            Err(error) => Ok(Err(Failure::Damaged(error.to_string()))),
+        };
+        let opened = wanted.iter().map(open).collect();
+        Images { wanted, opened }
+    }
+
+    /// Decodes them while `meanwhile` runs.
+    pub fn decode<'t>(&'t self, input: &Input<'_>, meanwhile: Option<Task<'t>>) -> Vec<Decoded> {
+        let opened = self.opened.as_ref().map_or(&[][..], Vec::as_slice);
+        decode_all(opened, input.run, meanwhile)
+    }
+
+    /// Puts the decoded images into the scene, with its objects complete.
+    pub fn finish(
+        self,
+        input: &Input<'a>,
+        decoded: Vec<Decoded>,
+        n_file_bytes_before: u64,
+        output: &mut Output,
+    ) -> Result<(), LoadError> {
+        let mut used = vec![false; output.scene.materials.len()];
+        for object in &output.scene.objects {
+            used[object.material] = true;
+        }
+        materials::warn_about_blending(output, &used);
+        materials::leave_out_other_textures(input, output, &used);
+        if input.options.images == Which::Masks {
+            let n_all = wanted(Which::BaseColors, output, &used).len();
+            for _ in wanted(Which::Masks, output, &used).len()..n_all {
+                output.leave_out("images that the passes do not show");
+            }
+        }
+        let wanted = wanted(input.options.images, output, &used);
+        if wanted != self.wanted {
+            // Something cannot be drawn after all, and what it would have used must count for
+            // nothing. Rare, so simply done again.
+            input.files.set_used(n_file_bytes_before);
+            let images = Images::open(input, wanted, output);
+            let decoded = images.decode(input, None);
+            return images.place(decoded, output);
+        }
+        self.place(decoded, output)
+    }
+
+    fn place(self, decoded: Vec<Decoded>, output: &mut Output) -> Result<(), LoadError> {
+        self.opened?;
+        for (i, decoded) in self.wanted.into_iter().zip(decoded) {
+            let image = decoded.unwrap_or_else(|failure| {
+                let problem = match failure {
+                    Failure::Damaged(problem) => problem,
+                    Failure::TooBig => unreachable!("stops the load when the file is opened"),
+                };
+                let place = place(output, i);
+                output.warn(&place, format_args!("{problem}; a checkerboard is shown instead"));
+                placeholder()
+            });
+            let name = std::mem::take(&mut output.scene.images[i].name);
+            output.scene.images[i] = Image { name, ..image };
+        }
+        Ok(())
+    }
+}
+
+/// The images that the used materials need.
+fn wanted(which: Which, output: &Output, used_materials: &[bool]) -> Vec<usize> {
+    let mut used = vec![false; output.scene.images.len()];
+    let materials = output.scene.materials.iter().zip(used_materials);
+    for (material, _) in materials.filter(|pair| *pair.1 && which.wants(pair.0)) {
+        if let Some(texture) = &material.base_color_texture {
+            used[output.scene.textures[texture.texture].image] = true;
+        }
+    }
+    (0..used.len()).filter(|&i| used[i]).collect()
+}
+
+fn place(output: &Output, image: usize) -> String {
+    format!("image `{}`", output.scene.images[image].name)
+}
+
+fn read<'a>(input: &Input<'a>, image: usize) -> Result<Cow<'a, [u8]>, LoadError> {
+    let json = &input.document.root.images[image];
     let damaged =
         |problem: String| LoadError::invalid(input.name, "", problem, "export the model again");
     match (json.buffer_view, &json.uri) {
         (Some(view), _) => view_bytes(&input.document.root, input.buffers, view)
-            .map(<[u8]>::to_vec)
+            .map(Cow::Borrowed)
             .map_err(damaged),
-        (None, Some(uri)) => input.files.read(uri),
+        (None, Some(uri)) => input.files.read(uri).map(Cow::Owned),
         (None, None) => Err(damaged("has neither a file nor a buffer view".into())),
     }
 }
 
-pub(crate) enum Failure {
-    Damaged(String),
-    TooBig,
-}
-
-/// Decodes PNG, JPEG or WebP to RGBA with 8 bits, and takes its size off `pixels_left`.
-pub(crate) fn decode_one(bytes: &[u8], pixels_left: &mut u64) -> Result<Image, Failure> {
-    let damaged =
-        |error: image::ImageError| Failure::Damaged(format!("cannot be decoded: {error}"));
-    let format = match image::guess_format(bytes) {
-        Ok(format @ (ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::WebP)) => format,
-        _ => return Err(Failure::Damaged("is neither PNG, JPEG nor WebP".into())),
-    };
-    let size = ImageReader::with_format(Cursor::new(bytes), format).into_dimensions();
-    let (width, height) = size.map_err(damaged)?;
-    let n_pixels = u64::from(width) * u64::from(height);
-    if n_pixels > *pixels_left {
-        return Err(Failure::TooBig);
-    }
-    let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
-    let mut limits = Limits::no_limits();
-    limits.max_alloc = Some(n_pixels.saturating_mul(MAX_BYTES_PER_PIXEL) + SPARE_BYTES);
-    reader.limits(limits);
-    let rgba = reader.decode().map_err(damaged)?.into_rgba8();
-    *pixels_left -= n_pixels;
-    Ok(Image { width, height, rgba: rgba.into_raw(), ..Image::default() })
-}
-
-/// 16-bit RGBA and as much again for the decoder.
-const MAX_BYTES_PER_PIXEL: u64 = 16;
-/// For tables and metadata.
-const SPARE_BYTES: u64 = 1 << 26;
-
-/// 8x8 pixels of magenta and black.
-pub(crate) fn placeholder() -> Image {
-    let pixel = |i: usize| match (i + i / 8) % 2 {
-        0 => [255, 0, 255, 255],
-        _ => [0, 0, 0, 255],
-    };
-    let rgba = (0..64).flat_map(pixel).collect();
-    Image { width: 8, height: 8, rgba, placeholder: true, ..Image::default() }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use image::{DynamicImage, GrayImage, ImageBuffer, Luma};
-
-    fn encode(image: DynamicImage, format: ImageFormat) -> Vec<u8> {
-        let mut bytes = Cursor::new(Vec::new());
-        image.write_to(&mut bytes, format).unwrap();
-        bytes.into_inner()
-    }
-
-    #[test]
-    fn grey_and_16_bit_images_become_rgba() {
-        let grey = GrayImage::from_pixel(2, 1, Luma([100]));
-        let bytes = encode(grey.into(), ImageFormat::Png);
-        let image = decode_one(&bytes, &mut 2).ok().unwrap();
-        assert_eq!((image.width, image.height), (2, 1));
-        assert_eq!(image.rgba, [100, 100, 100, 255, 100, 100, 100, 255]);
-
-        let deep: ImageBuffer<Luma<u16>, Vec<u16>> = ImageBuffer::from_pixel(1, 1, Luma([0xffff]));
-        let bytes = encode(deep.into(), ImageFormat::Png);
-        assert_eq!(decode_one(&bytes, &mut 9).ok().unwrap().rgba, [255; 4]);
-    }
-
-    #[test]
-    fn the_pixel_budget_is_asked_before_decoding() {
-        let bytes = encode(GrayImage::new(4, 4).into(), ImageFormat::Png);
-        let mut pixels_left = 20;
-        assert!(decode_one(&bytes, &mut pixels_left).is_ok());
-        assert_eq!(pixels_left, 4);
-        assert!(matches!(decode_one(&bytes, &mut pixels_left), Err(Failure::TooBig)));
-    }
-
-    #[test]
-    fn damaged_images_are_refused() {
-        let bytes = encode(GrayImage::new(64, 64).into(), ImageFormat::Png);
-        for cut in [&b""[..], b"GIF89a", &bytes[..40], &bytes[..bytes.len() - 30]] {
-            assert!(matches!(decode_one(cut, &mut 9999), Err(Failure::Damaged(_))));
-        }
+fn too_big(input: &Input<'_>, place: &str) -> LoadError {
+    LoadError::Limit {
+        path: input.name.to_string(),
+        what: format!("the number of pixels up to {place}"),
+        limit: input.options.max_image_pixels,
+        option: "--max-image-pixels",
     }
 }

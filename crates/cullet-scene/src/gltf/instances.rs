@@ -63,7 +63,7 @@ pub(super) fn of(
 fn open<'a>(input: &Input<'a>, attributes: &Value) -> Result<[Option<Accessor<'a>>; 3], String> {
     let one = |name: &str| -> Result<Option<Accessor<'a>>, String> {
         let Some(index) = attributes.get(name) else { return Ok(None) };
-        let index = index.as_u64().and_then(|index| u32::try_from(index).ok());
+        let index = document::whole_number(index).and_then(|index| u32::try_from(index).ok());
         let index: Index<AccessorJson> = Index::new(index.ok_or("a bad accessor index")?);
         Accessor::open(&input.document.root, input.buffers, index).map(Some)
     };

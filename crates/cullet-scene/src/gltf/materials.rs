@@ -5,11 +5,12 @@
 use std::collections::BTreeMap;
 
 use ::gltf::json::material::AlphaMode as AlphaModeJson;
+use ::gltf::json::mesh::Primitive;
 use ::gltf::json::texture::{Info, MagFilter, MinFilter, Sampler as SamplerJson, WrappingMode};
 use ::gltf::json::validation::Checked;
 use glam::{Affine2, Mat2, Vec2, Vec4};
 
-use super::{Input, Output, name_or};
+use super::{Input, Output, document, name_or};
 use crate::{AlphaMode, Image, Material, Sampler, Texture, TextureRef, Wrap};
 
 /// Adds all materials (file index + 1), the textures of their base colours, and all images,
@@ -57,6 +58,11 @@ pub(super) fn load(input: &Input<'_>, output: &mut Output) {
     }
 }
 
+/// Index in the scene of the material of a primitive.
+pub(super) fn index(json: &Primitive) -> usize {
+    json.material.map_or(0, |material| material.value() + 1)
+}
+
 /// Warns about what the materials that are drawn cannot show yet.
 pub(super) fn warn_about_blending(output: &mut Output, used: &[bool]) {
     for i in (0..used.len()).filter(|&i| used[i]) {
@@ -67,6 +73,23 @@ pub(super) fn warn_about_blending(output: &mut Output, used: &[bool]) {
         }
     }
 }
+
+/// Lists the textures of drawn materials that no shading reads yet. They are not decoded.
+pub(super) fn leave_out_other_textures(input: &Input<'_>, output: &mut Output, used: &[bool]) {
+    for (json, _) in input.document.root.materials.iter().zip(&used[1..]).filter(|pair| *pair.1) {
+        let gloss = json.extensions.as_ref().and_then(|all| all.pbr_specular_glossiness.as_ref());
+        let others = [
+            json.pbr_metallic_roughness.metallic_roughness_texture.is_some(),
+            gloss.is_some_and(|gloss| gloss.specular_glossiness_texture.is_some()),
+            json.normal_texture.is_some(),
+            json.occlusion_texture.is_some(),
+            json.emissive_texture.is_some(),
+        ];
+        others.into_iter().filter(|other| *other).for_each(|_| output.leave_out(OTHER_TEXTURES));
+    }
+}
+
+const OTHER_TEXTURES: &str = "textures other than base colours";
 
 fn texture_ref(
     input: &Input<'_>,
@@ -119,7 +142,9 @@ fn texture(input: &Input<'_>, output: &mut Output, index: usize) -> Option<usize
     let root = &input.document.root;
     let json = root.textures.get(index)?;
     let webp = json.extensions.as_ref().and_then(|all| all.others.get("EXT_texture_webp"));
-    let webp = webp.and_then(|webp| webp.get("source")?.as_u64()).map(|source| source as usize);
+    let webp = webp
+        .and_then(|webp| document::whole_number(webp.get("source")?))
+        .map(|source| source as usize);
     let n_images = output.scene.images.len();
     let image = [webp, Some(json.source.value())].into_iter().flatten().find(|&i| i < n_images)?;
     let sampler = json.sampler.and_then(|sampler| root.get(sampler)).map(sampler);

@@ -1,9 +1,11 @@
 //! glTF 2.0: from bytes to a [`Scene`].
 //!
 //! ```text
-//! container -> document -> buffers -> materials -> nodes -> objects -> images
-//!                                                             |
-//!                                     primitive (accessor), pose, instances
+//! container -> document -> buffers -> materials -> nodes -+-> objects -+-> scene
+//!                                                         |      |     |
+//!                                                         |  primitive (accessor), pose, instances
+//!                                                         |            |
+//!                                                         +-> images --+
 //! ```
 //!
 //! What cannot be drawn stops the load; what can be drawn without a damaged part is drawn,
@@ -14,7 +16,7 @@ mod buffers;
 mod container;
 mod document;
 mod extensions;
-pub(crate) mod images;
+mod images;
 mod instances;
 mod materials;
 mod nodes;
@@ -26,7 +28,9 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use self::document::Document;
+use self::images::Images;
 use crate::files::Root;
+use crate::tasks::{Run, Task, TaskKind};
 use crate::{LoadError, LoadOptions, Material, Scene};
 
 /// Loads a glTF scene, binary or text; `name` is for messages, `files` reads what it names.
@@ -35,15 +39,24 @@ pub(crate) fn load(
     name: &str,
     files: &Root,
     options: &LoadOptions,
+    run: Run<'_>,
 ) -> Result<Scene, LoadError> {
     let document = document::read(bytes, name)?;
     let buffers = buffers::read(&document, name, files)?;
-    let input = Input { name, options, files, document: &document, buffers: &buffers };
+    let input = Input { name, options, files, run, document: &document, buffers: &buffers };
     let mut output = Output::new(&input);
     materials::load(&input, &mut output);
     let visits = nodes::walk(&input, &mut output)?;
-    objects::load(&input, &visits, &mut output)?;
-    images::decode(&input, &mut output)?;
+
+    let n_file_bytes = files.used();
+    let images = Images::expected(&input, &visits, &output);
+    let mut loaded = Ok(());
+    let geometry = Task::new(TaskKind::Geometry, || {
+        loaded = objects::load(&input, &visits, &mut output);
+    });
+    let decoded = images.decode(&input, Some(geometry));
+    loaded?;
+    images.finish(&input, decoded, n_file_bytes, &mut output)?;
     output.finish(name)
 }
 
@@ -52,6 +65,7 @@ struct Input<'a> {
     name: &'a str,
     options: &'a LoadOptions,
     files: &'a Root,
+    run: Run<'a>,
     document: &'a Document<'a>,
     buffers: &'a [Cow<'a, [u8]>],
 }

@@ -35,17 +35,17 @@ pub(super) fn walk(input: &Input<'_>, output: &mut Output) -> Result<Vec<Visit>,
     while let Some(Pending { file_index, parent, visible }) = stack.pop() {
         let json = &root.nodes[file_index];
         let name = name_or(&json.name, "node", file_index);
-        let place = format!("node `{name}`");
+        let place = || format!("node `{name}`");
         if std::mem::replace(&mut met[file_index], true) {
             let problem = "is reached twice, but nodes must form trees";
-            return Err(LoadError::invalid(input.name, place, problem, "export the model again"));
+            return Err(LoadError::invalid(input.name, place(), problem, "export the model again"));
         }
         check_limit(input, output)?;
         let world_from_parent =
             parent.map_or(DAffine3::IDENTITY, |parent| output.scene.nodes[parent].world_from_node);
         let world_from_node = world_from_parent * input.document.parent_from_node[file_index];
         if !world_from_node.is_finite() {
-            output.warn(&place, "has a transform that is not finite; left out with its children");
+            output.warn(&place(), "has a transform that is not finite; left out with its children");
             continue;
         }
         let visible = visible && is_visible(json);
@@ -61,7 +61,7 @@ pub(super) fn walk(input: &Input<'_>, output: &mut Output) -> Result<Vec<Visit>,
                     world_from_camera: world_from_node,
                     lens,
                 }),
-                None => output.warn(&place, "has a camera without a lens; left out"),
+                None => output.warn(&place(), "has a camera without a lens; left out"),
             }
         }
         output.scene.nodes.push(Node { name, parent, world_from_node });

@@ -1,7 +1,7 @@
 //! Which mesh is drawn where?
 
 use super::nodes::{self, Visit};
-use super::{Input, Output, instances, name_or, pose, primitive};
+use super::{Input, Output, instances, materials, name_or, pose, primitive};
 use crate::{LoadError, Mesh, Object};
 use glam::DAffine3;
 
@@ -43,12 +43,11 @@ pub(super) fn load(
                 if indices.len() > 1 {
                     name += &format!("/primitive {j}");
                 }
-                let material = root.meshes[mesh].primitives[j].material;
                 output.scene.objects.push(Object {
                     name,
                     node,
                     mesh: mesh_index,
-                    material: material.map_or(0, |material| material.value() + 1),
+                    material: materials::index(&root.meshes[mesh].primitives[j]),
                     world_from_model: if skinned { DAffine3::IDENTITY } else { *world_from_model },
                 });
             }

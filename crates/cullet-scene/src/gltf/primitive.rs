@@ -42,6 +42,22 @@ impl Rows {
         }
     }
 
+    /// Reads floats for every vertex, if the limit allows so many values of type `T`.
+    fn decode_floats<const N: usize, T: From<[f32; N]>>(
+        &self,
+        input: &Input<'_>,
+        output: &mut Output,
+        accessor: &Accessor<'_>,
+    ) -> Result<Vec<T>, LoadError> {
+        if let Rows::First(n) = *self
+            && let Some(packed) = accessor.packed_floats::<N>(n)
+        {
+            output.count_decoded::<T>(input, n)?;
+            return Ok(packed.iter().map(|row| T::from(row.map(f32::from_le_bytes))).collect());
+        }
+        self.decode(input, output, |row| T::from(accessor.row(row)))
+    }
+
     /// Reads a value for every vertex, if the limit allows so many.
     fn decode<T>(
         &self,
@@ -64,18 +80,14 @@ pub(super) fn load(
     posed: bool,
 ) -> Result<Option<(Mesh, Rows)>, LoadError> {
     refuse_compression(input, json)?;
-    let assembly = match json.mode {
-        Checked::Valid(Mode::Triangles) => Assembly::List,
-        Checked::Valid(Mode::TriangleStrip) => Assembly::Strip,
-        Checked::Valid(Mode::TriangleFan) => Assembly::Fan,
-        Checked::Valid(Mode::Points) => {
-            output.leave_out("primitives made of points");
-            return Ok(None);
-        }
-        _ => {
-            output.leave_out("primitives made of lines");
-            return Ok(None);
-        }
+    let Some(assembly) = Assembly::of(json) else {
+        let points = matches!(json.mode, Checked::Valid(Mode::Points));
+        output.leave_out(if points {
+            "primitives made of points"
+        } else {
+            "primitives made of lines"
+        });
+        return Ok(None);
     };
     let Some(positions) = open_positions(input, output, place, json) else { return Ok(None) };
     let indices = match json.indices {
@@ -107,16 +119,12 @@ pub(super) fn load(
     let n_triangles = assembly.n_triangles(n_corners);
     count_triangles(input, output, n_triangles)?;
     output.count_decoded::<[u32; 3]>(input, n_triangles)?;
-    let mut triangles = Vec::with_capacity(n_triangles as usize);
-    for i in 0..n_triangles {
-        let corners = assembly.corners(i).map(|corner| match &indices {
-            Some(indices) => indices.integer(corner).into(),
-            None => corner,
-        });
-        if corners.iter().all(|&corner| corner < n_valid) {
-            triangles.push(corners.map(|corner| corner as u32));
-        }
-    }
+    let packed = match (&indices, assembly) {
+        (Some(indices), Assembly::List) => packed_triangles(indices, n_valid),
+        _ => None,
+    };
+    let mut triangles =
+        packed.unwrap_or_else(|| assembly.triangles(n_triangles, indices.as_ref(), n_valid));
     warn_about_triangles(output, place, assembly, n_corners, n_triangles - triangles.len() as u64);
     if triangles.is_empty() {
         if n_triangles > 0 {
@@ -126,9 +134,14 @@ pub(super) fn load(
     }
     let rows = choose_rows(positions.count, &mut triangles);
     let mut mesh = Mesh { triangles, ..Mesh::default() };
-    mesh.positions = rows.decode(input, output, |row| Vec3::from_array(positions.row(row)))?;
+    mesh.positions = rows.decode_floats::<3, Vec3>(input, output, &positions)?;
     load_attributes(input, output, place, json, &rows, positions.count, &mut mesh)?;
     Ok(Some((mesh, rows)))
+}
+
+/// Neither points nor lines.
+pub(super) fn is_made_of_triangles(json: &Primitive) -> bool {
+    Assembly::of(json).is_some()
 }
 
 /// Without its extension, a compressed primitive would be drawn as zeros.
@@ -153,11 +166,41 @@ enum Assembly {
 }
 
 impl Assembly {
+    /// `None`: not triangles.
+    fn of(json: &Primitive) -> Option<Assembly> {
+        match json.mode {
+            Checked::Valid(Mode::Triangles) => Some(Assembly::List),
+            Checked::Valid(Mode::TriangleStrip) => Some(Assembly::Strip),
+            Checked::Valid(Mode::TriangleFan) => Some(Assembly::Fan),
+            _ => None,
+        }
+    }
+
     fn n_triangles(self, n_corners: u64) -> u64 {
         match self {
             Assembly::List => n_corners / 3,
             Assembly::Strip | Assembly::Fan => n_corners.saturating_sub(2),
         }
+    }
+
+    /// The triangles all of whose corners are below `n_valid`.
+    fn triangles(
+        self,
+        n_triangles: u64,
+        indices: Option<&Accessor<'_>>,
+        n_valid: u64,
+    ) -> Vec<[u32; 3]> {
+        let mut triangles = Vec::with_capacity(n_triangles as usize);
+        for i in 0..n_triangles {
+            let corners = self.corners(i).map(|corner| match indices {
+                Some(indices) => indices.integer(corner).into(),
+                None => corner,
+            });
+            if corners.iter().all(|&corner| corner < n_valid) {
+                triangles.push(corners.map(|corner| corner as u32));
+            }
+        }
+        triangles
     }
 
     /// The three corners of triangle `i`, wound as the format says.
@@ -168,6 +211,26 @@ impl Assembly {
             Assembly::Fan => [i + 1, i + 2, 0],
         }
     }
+}
+
+/// [`Assembly::triangles`] of a list whose indices stand side by side; `None` where they do not.
+fn packed_triangles(indices: &Accessor<'_>, n_valid: u64) -> Option<Vec<[u32; 3]>> {
+    let narrow = |corner: [u8; 2]| u32::from(u16::from_le_bytes(corner));
+    let mut triangles: Vec<[u32; 3]> = match indices.component {
+        ComponentType::U16 => {
+            indices.packed_integers::<2, 3>()?.iter().map(|corners| corners.map(narrow)).collect()
+        }
+        ComponentType::U32 => {
+            let triangles = indices.packed_integers::<4, 3>()?.iter();
+            triangles.map(|corners| corners.map(u32::from_le_bytes)).collect()
+        }
+        _ => return None,
+    };
+    let largest = triangles.as_flattened().iter().fold(0, |largest: u32, &i| largest.max(i));
+    if u64::from(largest) >= n_valid {
+        triangles.retain(|corners| corners.iter().all(|&corner| u64::from(corner) < n_valid));
+    }
+    Some(triangles)
 }
 
 fn open_positions<'a>(
@@ -262,13 +325,12 @@ fn load_attributes(
     let colors = open(Semantic::Colors(0), &[Type::Vec3, Type::Vec4]);
 
     if let Some(normals) = normals {
-        let normal = |row| Vec3::from_array(normals.row(row));
-        mesh.normals = Some(rows.decode(input, output, normal)?);
+        mesh.normals = Some(rows.decode_floats::<3, Vec3>(input, output, &normals)?);
         mend_normals(output, place, mesh);
     }
     for (decoded, uvs) in mesh.uvs.iter_mut().zip(uvs) {
         let Some(uvs) = uvs else { continue };
-        *decoded = Some(rows.decode(input, output, |row| Vec2::from_array(uvs.row(row)))?);
+        *decoded = Some(rows.decode_floats::<2, Vec2>(input, output, &uvs)?);
     }
     if let Some(colors) = colors {
         mesh.colors = Some(rows.decode(input, output, |row| color(&colors, row))?);

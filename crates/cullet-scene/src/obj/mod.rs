@@ -24,6 +24,7 @@ use glam::{DAffine3, Vec2, Vec3, Vec4};
 use self::notes::Notes;
 use self::pictures::Pictures;
 use crate::files::Root;
+use crate::tasks::Run;
 use crate::{LoadError, LoadOptions, Material, Mesh, Node, Object, Scene};
 
 /// Loads an OBJ file and what it names, all below its folder.
@@ -31,7 +32,7 @@ use crate::{LoadError, LoadOptions, Material, Mesh, Node, Object, Scene};
 /// Damaged faces are left out, missing materials and images are replaced, both with a
 /// warning; other statements that cannot be read are errors with their line. A file
 /// without faces is an empty scene with a warning.
-pub(crate) fn load(path: &Path, options: &LoadOptions) -> Result<Scene, LoadError> {
+pub(crate) fn load(path: &Path, options: &LoadOptions, run: Run<'_>) -> Result<Scene, LoadError> {
     let files = Root::beside(path, options);
     let bytes = files.read_scene(path)?;
     let shown = path.display().to_string();
@@ -50,6 +51,8 @@ pub(crate) fn load(path: &Path, options: &LoadOptions) -> Result<Scene, LoadErro
         materials.push(mtl::material(name, &library, &mut pictures, &mut notes)?);
     }
 
+    let (images, textures) = pictures.decode(run, &mut notes);
+
     let models = read_models(&cleaned).map_err(|error| {
         LoadError::invalid(&shown, "", error.to_string(), "export the model again")
     })?;
@@ -64,8 +67,8 @@ pub(crate) fn load(path: &Path, options: &LoadOptions) -> Result<Scene, LoadErro
     (scene.warnings, scene.left_out) = notes.finish(&shown);
     scene.name = shown;
     scene.materials = materials;
-    scene.images = pictures.images;
-    scene.textures = pictures.textures;
+    scene.images = images;
+    scene.textures = textures;
     Ok(scene)
 }
 

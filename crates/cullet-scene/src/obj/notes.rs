@@ -29,6 +29,19 @@ impl Notes {
         self.warnings.push((text, 0));
     }
 
+    /// The number of warnings so far.
+    pub fn n_warnings(&self) -> usize {
+        self.warnings.len()
+    }
+
+    /// A warning that belongs before those from `place` on, but was found out later.
+    pub fn insert(&mut self, place: usize, text: String) {
+        self.warnings.insert(place, (text, 0));
+        for idx in self.idx_of_kind.values_mut().filter(|idx| **idx >= place) {
+            *idx += 1;
+        }
+    }
+
     /// Something that is not drawn yet; `what` is a plural.
     pub fn leave_out(&mut self, what: &str) {
         *self.left_out.entry(what.to_owned()).or_default() += 1;
@@ -57,7 +70,10 @@ mod tests {
         notes.warn("face", "line 4: bad face".into());
         notes.warn("name", "line 5: no name".into());
         notes.warn_each("one".into());
-        notes.warn_each("two".into());
+        let place = notes.n_warnings();
+        notes.warn("late", "two".into());
+        notes.insert(place, "between".into());
+        notes.warn("late", "three".into());
         notes.leave_out("lines");
         notes.leave_out("lines");
         let (warnings, left_out) = notes.finish("a.obj");
@@ -65,7 +81,8 @@ mod tests {
             "a.obj: line 3: bad face (and 1 more like it)",
             "a.obj: line 5: no name",
             "a.obj: one",
-            "a.obj: two",
+            "a.obj: between",
+            "a.obj: two (and 1 more like it)",
         ];
         assert_eq!(warnings, expected);
         assert_eq!(left_out, ["lines: 2"]);

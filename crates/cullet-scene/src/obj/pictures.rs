@@ -1,10 +1,12 @@
-//! The images that materials name: each is read once.
+//! The images that materials name: each is read once, and decoded when all are known.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use crate::files::Root;
-use crate::gltf::images::{Failure, decode_one, placeholder};
-use crate::{Image, LoadError, LoadOptions, Sampler, Texture};
+use crate::images::{Encoded, Failure, decode_all, placeholder};
+use crate::tasks::Run;
+use crate::{Image, Images, LoadError, LoadOptions, Sampler, Texture};
 
 use super::notes::Notes;
 
@@ -13,10 +15,13 @@ pub(super) struct Pictures<'a> {
     files: &'a Root,
     options: &'a LoadOptions,
     pixels_left: u64,
-    pub images: Vec<Image>,
+    /// Of each image: its file, what is wrong with that, or `None` when it is not wanted.
+    opened: Vec<Option<Result<Encoded<'static>, Failure>>>,
+    /// Parallel to `opened`: where among the warnings one about it belongs.
+    places: Vec<usize>,
     pub textures: Vec<Texture>,
     idx_of_path: BTreeMap<String, usize>,
-    /// Parallel to `images`: the few ways in which each is sampled.
+    /// Parallel to `opened`: the few ways in which each is sampled.
     textures_of_image: Vec<Vec<usize>>,
 }
 
@@ -27,7 +32,8 @@ impl<'a> Pictures<'a> {
             files,
             options,
             pixels_left,
-            images: Vec::new(),
+            opened: Vec::new(),
+            places: Vec::new(),
             textures: Vec::new(),
             idx_of_path: BTreeMap::new(),
             textures_of_image: Vec::new(),
@@ -46,11 +52,13 @@ impl<'a> Pictures<'a> {
         let image = match self.idx_of_path.get(path) {
             Some(known) => *known,
             None => {
-                let image = self.read(path, library, notes)?;
-                self.images.push(Image { name: path.into(), ..image });
+                let image = self.opened.len();
+                let opened = self.open(path, library)?;
+                self.opened.push(opened);
+                self.places.push(notes.n_warnings());
                 self.textures_of_image.push(Vec::new());
-                self.idx_of_path.insert(path.into(), self.images.len() - 1);
-                self.images.len() - 1
+                self.idx_of_path.insert(path.into(), image);
+                image
             }
         };
         let known = &mut self.textures_of_image[image];
@@ -62,16 +70,21 @@ impl<'a> Pictures<'a> {
         Ok(self.textures.len() - 1)
     }
 
-    fn read(&mut self, path: &str, library: &str, notes: &mut Notes) -> Result<Image, LoadError> {
-        if !self.options.textures {
-            return Ok(Image::default());
+    fn open(
+        &mut self,
+        path: &str,
+        library: &str,
+    ) -> Result<Option<Result<Encoded<'static>, Failure>>, LoadError> {
+        if self.options.images != Images::BaseColors {
+            return Ok(None); // no material here is a mask
         }
-        let problem = match self.read_bytes(path, library) {
+        let opened = match self.read_bytes(path, library) {
             Err(error @ LoadError::Limit { .. }) => return Err(error),
-            Err(error) => error.to_string(),
-            Ok(bytes) => match decode_one(&bytes, &mut self.pixels_left) {
-                Ok(image) => return Ok(image),
-                Err(Failure::Damaged(problem)) => format!("{path}: {problem}"),
+            Err(error) => Err(Failure::Damaged(error.to_string())),
+            Ok(bytes) => match Encoded::open(Cow::Owned(bytes), &mut self.pixels_left) {
+                Err(Failure::Damaged(problem)) => {
+                    Err(Failure::Damaged(format!("{path}: {problem}")))
+                }
                 Err(Failure::TooBig) => {
                     return Err(LoadError::Limit {
                         path: path.into(),
@@ -80,10 +93,10 @@ impl<'a> Pictures<'a> {
                         option: "--max-image-pixels",
                     });
                 }
+                Ok(encoded) => Ok(encoded),
             },
         };
-        notes.warn_each(format!("texture {problem}; a checkerboard is shown instead"));
-        Ok(placeholder())
+        Ok(Some(opened))
     }
 
     /// Looks beside the library, then beside the scene, then for the bare file name there:
@@ -104,5 +117,33 @@ impl<'a> Pictures<'a> {
             }
             read => read,
         }
+    }
+
+    /// Decodes everything that was opened. Images that cannot be shown are placeholders.
+    pub fn decode(self, run: Run<'_>, notes: &mut Notes) -> (Vec<Image>, Vec<Texture>) {
+        let n_images = self.opened.len();
+        let mut images = vec![Image::default(); n_images];
+        for (path, i) in self.idx_of_path {
+            images[i].name = path;
+        }
+        let wanted: Vec<usize> = (0..n_images).filter(|&i| self.opened[i].is_some()).collect();
+        let opened: Vec<_> = self.opened.into_iter().flatten().collect();
+        let decoded = decode_all(&opened, run, None);
+        // The last first, so that the places of the others stay right.
+        for ((i, opened), decoded) in wanted.into_iter().zip(&opened).zip(decoded).rev() {
+            let name = std::mem::take(&mut images[i].name);
+            let image = decoded.unwrap_or_else(|failure| {
+                let problem = match (failure, opened) {
+                    (Failure::Damaged(problem), Err(_)) => problem,
+                    (Failure::Damaged(problem), Ok(_)) => format!("{name}: {problem}"),
+                    (Failure::TooBig, _) => unreachable!("stops the load when it is opened"),
+                };
+                let text = format!("texture {problem}; a checkerboard is shown instead");
+                notes.insert(self.places[i], text);
+                placeholder()
+            });
+            images[i] = Image { name, ..image };
+        }
+        (images, self.textures)
     }
 }

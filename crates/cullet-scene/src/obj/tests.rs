@@ -5,7 +5,7 @@ use std::fs;
 use glam::Affine2;
 
 use super::*;
-use crate::{AlphaMode, write_glb};
+use crate::{AlphaMode, Images, write_glb};
 
 /// Loads `text` as an OBJ file beside further files.
 fn loaded_with(text: impl AsRef<[u8]>, others: &[(&str, &[u8])]) -> Result<Scene, LoadError> {
@@ -15,7 +15,7 @@ fn loaded_with(text: impl AsRef<[u8]>, others: &[(&str, &[u8])]) -> Result<Scene
     }
     let path = folder.path().join("model.obj");
     fs::write(&path, text).unwrap();
-    load(&path, &LoadOptions::default())
+    crate::load(&path, &LoadOptions::default())
 }
 
 fn loaded(text: &str) -> Scene {
@@ -165,7 +165,7 @@ fn limits_are_kept() {
     let path = folder.path().join("model.obj");
     fs::write(&path, format!("{SQUARE}f 1 2 3 4\n")).unwrap();
     let options = LoadOptions { max_triangles: 1, ..LoadOptions::default() };
-    let error = load(&path, &options).unwrap_err();
+    let error = crate::load(&path, &options).unwrap_err();
     assert!(error.to_string().contains("--max-triangles"), "{error}");
 }
 
@@ -201,8 +201,8 @@ fn many_materials_and_maps_are_told_apart() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("model.obj"), text).unwrap();
     fs::write(folder.path().join("m.mtl"), mtl).unwrap();
-    let options = LoadOptions { textures: false, ..LoadOptions::default() };
-    let scene = load(&folder.path().join("model.obj"), &options).unwrap();
+    let options = LoadOptions { images: Images::None, ..LoadOptions::default() };
+    let scene = crate::load(&folder.path().join("model.obj"), &options).unwrap();
     assert_eq!((scene.objects.len(), scene.images.len(), scene.textures.len()), (n, n, n));
     assert_eq!(scene.warnings.len(), 1, "black Kd");
 }
