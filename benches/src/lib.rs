@@ -7,6 +7,7 @@
 pub mod boxes;
 pub mod camera;
 pub mod growing;
+pub mod memory;
 pub mod peers;
 pub mod plot;
 

@@ -6,14 +6,14 @@ mod svg;
 use std::fmt::Write;
 
 use base64::Engine;
-use cullet::cull::Test;
+use cullet::cull::{Fate, Test};
 use cullet::transform::Plane;
 use cullet::{Frame, Renderer, Settings, View};
 
 use super::downstream::{Mode, ms, saved_percent};
 use super::measure::Figures;
 use super::sweep::{Metric, metrics};
-use super::verdicts::{Fate, TESTS};
+use super::verdicts::TESTS;
 use super::waste::Waste;
 use super::{CullArgs, Measured, report};
 use crate::picture_file::{Format, Pixels, PngCompression, Samples, encode};
@@ -325,7 +325,7 @@ fn costs(sum: &Figures, simd: &str) -> String {
 fn planes(figures: &Figures) -> String {
     let n: u64 = figures.fates.iter().sum();
     let bar = |fate: &Fate| {
-        let at = Fate::ALL.iter().position(|known| known == fate).unwrap_or(0);
+        let at = fate.index();
         let value = figures.fates[at];
         Bar {
             label: match fate {
