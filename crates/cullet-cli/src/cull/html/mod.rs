@@ -106,6 +106,13 @@ fn section(title: &str, text: &str, body: &str) -> String {
     format!("<section><h2>{title}</h2><p>{text}</p>{body}</section>\n")
 }
 
+/// Words beside a chart that would be too wide by itself.
+fn beside(title: &str, text: &str, body: &str) -> String {
+    format!(
+        "<section class='beside'><div><h2>{title}</h2><p>{text}</p></div><div>{body}</div></section>\n"
+    )
+}
+
 fn percent(part: u64, whole: u64) -> f64 {
     100.0 * part as f64 / whole.max(1) as f64
 }
@@ -445,7 +452,7 @@ fn levels(measured: &Measured, figures: &Figures) -> String {
         fewer(both),
         fewer(exact)
     );
-    section("Down the tree", &text, &shares(&rows))
+    beside("Down the tree", &text, &shares(&rows))
 }
 
 fn downstream(measured: &Measured) -> String {
@@ -492,7 +499,7 @@ fn downstream(measured: &Measured) -> String {
          </thead><tbody>{rows}</tbody></table></div>",
         bars(&chart)
     );
-    section(
+    beside(
         "What it saves in the renderer",
         "Real frames, one thread: time to <b style='color:#e5484d'>cull</b>, for \
          <b style='color:#4c78c8'>geometry</b>, <b style='color:#f0872e'>coverage and depth</b>, \
