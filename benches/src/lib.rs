@@ -5,7 +5,11 @@
 //! machine. Records worth keeping go to `benches/record/` with date, machine and command.
 
 pub mod boxes;
+pub mod camera;
+pub mod growing;
+pub mod memory;
 pub mod peers;
+pub mod plot;
 
 use std::path::{Path, PathBuf};
 

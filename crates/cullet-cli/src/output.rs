@@ -76,8 +76,8 @@ struct Output {
 #[derive(Debug)]
 enum Sink {
     Stdout,
-    /// Exists and is not a regular file.
-    Device(PathBuf),
+    /// Exists and is not a regular file; opened at the first write.
+    Device(PathBuf, Option<File>),
     Regular {
         path: PathBuf,
         temporary: PathBuf,
@@ -99,14 +99,18 @@ impl Outputs {
         Ok(outputs)
     }
 
-    /// Writes output `index` to its end. Each index is written once.
+    /// Writes to output `index`, after what was written to it before.
     pub fn write(&mut self, index: usize, bytes: &[u8]) -> Result<(), Failure> {
         let Output { target, sink } = &mut self.0[index];
         let written = match sink {
             Sink::Stdout => return print(bytes),
-            Sink::Device(path) => {
-                File::options().write(true).open(path).and_then(|mut file| file.write_all(bytes))
-            }
+            Sink::Device(path, file) => match file {
+                Some(file) => file.write_all(bytes),
+                None => File::options()
+                    .write(true)
+                    .open(path)
+                    .and_then(|opened| file.insert(opened).write_all(bytes)),
+            },
             Sink::Regular { file, .. } => file.write_all(bytes),
         };
         written.map_err(|error| cannot_write(target, &error))
@@ -147,7 +151,7 @@ impl Sink {
             Ok(found) if found.is_dir() => {
                 return Err(Failure::output(format!("{target}: is a folder; name a file")));
             }
-            Ok(found) if !found.is_file() => return Ok(Sink::Device(path)),
+            Ok(found) if !found.is_file() => return Ok(Sink::Device(path, None)),
             Ok(found) if found.permissions().readonly() => {
                 return Err(Failure::output(format!("{target}: is read-only")));
             }

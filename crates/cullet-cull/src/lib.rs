@@ -72,6 +72,7 @@ mod reverse;
 mod rounding;
 mod sat;
 mod sphere;
+mod verdict;
 
 pub mod bounds;
 pub mod distributions;
@@ -98,3 +99,4 @@ pub use reverse::reverse_visible;
 pub use rounding::ROUNDING;
 pub use sat::Sat;
 pub use sphere::{Sphere, sphere_visible};
+pub use verdict::{Fate, Verdict};

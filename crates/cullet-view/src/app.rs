@@ -12,8 +12,8 @@ use cullet::{
 };
 
 use crate::hud::{self, GREY, Line, WHITE, span};
+use crate::marks::{Mark, marks, plane_color};
 use crate::overlay::{Canvas, Lines, Stroke};
-use crate::verdicts::{Verdict, plane_color, verdicts};
 use crate::{Orbit, camera_file};
 
 /// What keys and the mouse do, for the help overlay and for `--help`.
@@ -123,7 +123,7 @@ pub struct App {
 #[derive(Debug)]
 struct Frozen {
     view: View,
-    verdicts: Vec<Verdict>,
+    marks: Vec<Mark>,
 }
 
 impl App {
@@ -208,7 +208,7 @@ impl App {
     }
 
     fn froze(&self, view: View) -> Frozen {
-        Frozen { view, verdicts: verdicts(&self.prepared, &view, self.test) }
+        Frozen { view, marks: marks(&self.prepared, &view, self.test) }
     }
 
     /// What the window shows now.
@@ -333,21 +333,19 @@ impl App {
 
     /// How many objects got which verdict.
     fn legend(&self, frozen: &Frozen) -> Vec<Line> {
-        let count = |verdict| frozen.verdicts.iter().filter(|&&found| found == verdict).count();
-        let total = frozen.verdicts.len();
+        let count = |mark| frozen.marks.iter().filter(|&&found| found == mark).count();
+        let total = frozen.marks.len();
         let mut lines = vec![
             vec![span(WHITE, "frustum frozen")],
             vec![span(GREY, format!("{total} objects by {}", test_name(self.test)))],
         ];
-        for verdict in Verdict::ALL {
-            let n = count(verdict);
-            let always =
-                matches!(verdict, Verdict::Inside | Verdict::Crossing | Verdict::FalseVisible);
-            if always || n > 0 {
-                let outside = matches!(verdict, Verdict::OutsidePlane(_) | Verdict::Outside);
-                let name = format!("{}{}", if outside { "out: " } else { "" }, verdict.name());
+        for mark in Mark::ALL {
+            let n = count(mark);
+            if mark.is_kept() || n > 0 {
+                let name =
+                    format!("{}{}", if mark.is_outside() { "out: " } else { "" }, mark.name());
                 lines.push(vec![
-                    span(verdict.color(), format!("{name:<20}")),
+                    span(mark.color(), format!("{name:<20}")),
                     span(WHITE, format!("{n:>7}")),
                 ]);
             }
@@ -366,16 +364,15 @@ fn draw_frozen(
     scale: f64,
 ) {
     let thin = |color, opacity| Stroke { color, width: scale, opacity, behind: 0.2 };
-    let layer = |verdict| match verdict {
-        Verdict::Empty => None,
-        Verdict::OutsidePlane(_) | Verdict::Outside => Some(0),
-        Verdict::Inside | Verdict::Crossing => Some(1),
-        Verdict::FalseVisible => Some(2),
+    let layer = |mark: Mark| match mark {
+        Mark::FalseVisible => Some(2),
+        mark if mark.is_outside() => Some(0),
+        mark => mark.is_kept().then_some(1),
     };
     for (i, opacity) in [0.7, 0.9, 1.0].into_iter().enumerate().filter(|_| boxes) {
-        for (item, &verdict) in prepared.items().iter().zip(&frozen.verdicts) {
-            if layer(verdict) == Some(i) {
-                lines.aabb(&item.bounds, &thin(verdict.color(), opacity));
+        for (item, &mark) in prepared.items().iter().zip(&frozen.marks) {
+            if layer(mark) == Some(i) {
+                lines.aabb(&item.bounds, &thin(mark.color(), opacity));
             }
         }
     }
@@ -507,7 +504,7 @@ mod tests {
     }
 
     #[test]
-    fn the_verdicts_agree_with_the_renderer() {
+    fn the_marks_agree_with_the_renderer() {
         let mut app = app();
         app.input(Input::Zoom(12.0));
         press(&mut app, Key::Space);
@@ -515,11 +512,10 @@ mod tests {
         for digit in 0..=5 {
             press(&mut app, Key::Digit(digit));
             app.draw(false);
-            let verdicts = &app.frozen.as_ref().unwrap().verdicts;
-            let kept = [Verdict::Inside, Verdict::Crossing, Verdict::FalseVisible];
-            let n_kept = verdicts.iter().filter(|verdict| kept.contains(verdict)).count();
+            let marks = &app.frozen.as_ref().unwrap().marks;
+            let n_kept = marks.iter().filter(|mark| mark.is_kept()).count();
             assert_eq!(n_kept as u64, app.stats().objects.n_drawn, "{digit}");
-            let in_vain = verdicts.contains(&Verdict::FalseVisible);
+            let in_vain = marks.contains(&Mark::FalseVisible);
             assert!(!in_vain || digit != 5, "the exact test keeps nothing in vain");
             assert!(in_vain || digit != 0, "no test keeps everything");
         }

@@ -19,10 +19,10 @@ mod camera_file;
 mod orbit;
 
 pub mod hud;
+pub mod marks;
 pub mod overlay;
 pub mod picture_file;
 pub mod script;
-pub mod verdicts;
 
 pub use app::{App, HELP, Input, Key, Request};
 pub use camera_file::camera_file;

@@ -8,13 +8,13 @@ use std::time::Instant;
 use cullet::Level;
 use cullet::cull::wide::{Boxes8, levels};
 use cullet::cull::{
-    Aabb, Counts, Frustum, Hierarchy, MAX_LEVELS, NodeBox, Sat, Sphere, Test, WalkStats,
-    planes_cutting, reverse_visible, sphere_visible,
+    Aabb, Counts, Fate, Frustum, Hierarchy, MAX_LEVELS, NodeBox, Sat, Sphere, Test, Verdict,
+    WalkStats, planes_cutting, reverse_visible, sphere_visible,
 };
 use cullet::transform::{Plane, PlaneMask};
 use cullet_measure::Summary;
 
-use super::verdicts::{Fate, TESTS, Verdict, keeps};
+use super::verdicts::{TESTS, keeps};
 
 /// Boxes in every form that a test takes them in, made once for all frusta.
 pub struct Boxes<'a> {
@@ -150,7 +150,7 @@ impl<'a> Boxes<'a> {
     /// What every test says of every box.
     pub fn verdicts(&self, frustum: &Frustum) -> Vec<Verdict> {
         let sat = Sat::new(frustum);
-        self.boxes.iter().map(|bounds| Verdict::on(bounds, frustum, &sat)).collect()
+        self.boxes.iter().map(|bounds| Verdict::on(bounds, &sat)).collect()
     }
 
     /// Counts and times one frustum; `verdicts` are those of it.
@@ -173,9 +173,7 @@ impl<'a> Boxes<'a> {
             for (plane, figures) in figures.planes.iter_mut().enumerate() {
                 figures.count(cut(plane), verdict.visible());
             }
-            if let Some(i) = Fate::ALL.iter().position(|fate| *fate == verdict.fate) {
-                figures.fates[i] += 1;
-            }
+            figures.fates[verdict.fate.index()] += 1;
             if let Some(size) = size(bounds) {
                 let size = figures.sizes.entry(size).or_default();
                 size.n_boxes += 1;
@@ -399,11 +397,12 @@ impl Timing {
 impl Figures {
     /// Boxes that each of the six planes rejected, the first in order that does.
     pub fn rejected(&self) -> [u64; 6] {
-        let n = |plane: Plane| {
-            let at = Fate::ALL.iter().position(|fate| *fate == Fate::Plane(plane));
-            at.map_or(0, |i| self.fates[i])
-        };
-        Plane::ALL.map(n)
+        Plane::ALL.map(|plane| self.fates[Fate::Plane(plane).index()])
+    }
+
+    /// Boxes of a fate that no frustum changes: each counted once, however many frusta there are.
+    pub fn n_of(&self, fate: Fate) -> u64 {
+        self.fates[fate.index()] / self.n_shots.max(1)
     }
 
     fn of_mut(&mut self, test: Test) -> &mut TestFigures {

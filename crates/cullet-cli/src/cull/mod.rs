@@ -17,6 +17,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use cullet::Level;
+use cullet::cull::Verdict;
 use cullet::cull::distributions::Distribution;
 use serde_json::Value;
 
@@ -30,7 +31,6 @@ use expr::Reports;
 use input::{Input, Shot};
 use measure::{Boxes, Figures, Rounds};
 use path::CameraPath;
-use verdicts::Verdict;
 use waste::Waste;
 
 /// Measure what each culling test rejects, leaves over, costs and saves
@@ -86,13 +86,14 @@ pub struct CullArgs {
     #[arg(conflicts_with = "verdicts")]
     #[arg(value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     distributions: Option<u32>,
-    /// One line per box, in input order: what each test says of it
+    /// One line per box, in input order: what each test says of it. On a path camera after camera;
+    /// written as it becomes known
     #[arg(long, value_name = "OUT.jsonl")]
     verdicts: Option<PathBuf>,
     /// The figures as JSON; `-` for standard output
     #[arg(long, value_name = "FILE|-")]
     json: Option<PathBuf>,
-    /// The figures of the tests, per camera, as CSV; `-` for standard output
+    /// The figures of the tests, the walk and the renderer, per camera, as CSV; `-` for standard output
     #[arg(long, value_name = "FILE|-")]
     csv: Option<PathBuf>,
     /// All of it with charts and pictures, as one page that needs nothing else
@@ -137,6 +138,14 @@ pub struct Measured {
     pub simd: &'static str,
 }
 
+impl Measured {
+    /// The frames of a camera; of the one in focus with every way to cull, where there are any.
+    fn drawn(&self, camera: usize) -> &[Drawn] {
+        let all = camera == self.focus && !self.downstream.is_empty();
+        if all { &self.downstream } else { &self.shown[camera].drawn }
+    }
+}
+
 /// Reads, measures, writes.
 pub fn run(args: &CullArgs) -> Result<(), Failure> {
     let level = args.simd.level()?;
@@ -153,31 +162,39 @@ pub fn run(args: &CullArgs) -> Result<(), Failure> {
     spare_inputs(&targets, &inputs(args))?;
     let mut outputs = Outputs::open(&targets)?;
     let old = args.compare.as_deref().map(compare::read).transpose()?;
+    let write = |outputs: &mut Outputs, path: &Option<PathBuf>, bytes: &[u8]| {
+        let target = path.as_deref().map(Target::from);
+        match targets.iter().position(|known| Some(known) == target.as_ref()) {
+            Some(index) => outputs.write(index, bytes),
+            None => Ok(()),
+        }
+    };
 
     // The page always shows where the tests differ; 60 frusta of a kind are enough for a chart.
     let n_samples = args.distributions.or(args.html.is_some().then_some(60));
     let wastes: Vec<Waste> = n_samples.map(distributions).unwrap_or_default();
     let measured = match (&args.source, &args.boxes) {
         (None, None) => None,
-        _ => Some(measure(args, level, input::read(args)?)?),
+        _ => Some(measure(args, level, input::read(args)?, &mut |lines| {
+            write(&mut outputs, &args.verdicts, lines)
+        })?),
     };
     let asked = if args.distributions.is_some() { &wastes[..] } else { &[] };
     let new = report::json(args, measured.as_ref(), asked);
     let compared = old.as_ref().map(|old| compare::table(&new, old)).unwrap_or_default();
-    // Faulty conditions are wrong usage: nothing is written then.
+    // Faulty conditions are wrong usage: nothing is written then (but verdicts that go elsewhere than to a file).
     let failed = failed(args, &new, old.as_ref())?;
 
-    let mut write = |path: &Option<PathBuf>, bytes: &dyn Fn() -> Vec<u8>| {
-        let Some(path) = path else { return Ok(()) };
-        let target = Target::from(path.as_path());
-        let index = targets.iter().position(|known| *known == target).unwrap_or(0);
-        outputs.write(index, &bytes())
-    };
     let measured = measured.as_ref();
-    write(&args.verdicts, &|| measured.map(|m| lines(m, args.path.is_some())).unwrap_or_default())?;
-    write(&args.json, &|| crate::stats::json(&new))?;
-    write(&args.csv, &|| tables::csv(measured, asked).into_bytes())?;
-    write(&args.html, &|| html::page(args, measured, &wastes).into_bytes())?;
+    if args.json.is_some() {
+        write(&mut outputs, &args.json, &crate::stats::json(&new))?;
+    }
+    if args.csv.is_some() {
+        write(&mut outputs, &args.csv, tables::csv(measured, asked).as_bytes())?;
+    }
+    if args.html.is_some() {
+        write(&mut outputs, &args.html, html::page(args, measured, &wastes).as_bytes())?;
+    }
     outputs.commit()?;
     if targets.contains(&Target::Stdout) {
         compared.lines().filter(|line| !line.is_empty()).for_each(note);
@@ -211,7 +228,13 @@ fn distributions(n_samples: u32) -> Vec<Waste> {
     Distribution::ALL.map(|kind| Waste::measure(kind, n_samples as usize, seed)).to_vec()
 }
 
-fn measure(args: &CullArgs, level: Level, input: Input) -> Result<Measured, Failure> {
+/// `write_verdicts` gets the lines of `--verdicts`, as they become known.
+fn measure(
+    args: &CullArgs,
+    level: Level,
+    input: Input,
+    write_verdicts: &mut dyn FnMut(&[u8]) -> Result<(), Failure>,
+) -> Result<Measured, Failure> {
     let Input { boxes, shots, prepared } = &input;
     let all = Boxes::new(boxes, level);
     let picture =
@@ -221,12 +244,24 @@ fn measure(args: &CullArgs, level: Level, input: Input) -> Result<Measured, Fail
             }
             _ => Vec::new(),
         };
+    /// Lines written at a time.
+    const LINES: usize = 1 << 14;
+    let mut text = String::new();
     let mut shown = Vec::new();
+    let mut last = Vec::new();
     let mut sum = Figures::default();
     for (i, shot) in shots.iter().enumerate() {
         let _progress = Progress::show(&format!("camera {} of {}", i + 1, shots.len()));
         let cold = if i == 0 { args.cold } else { 0 };
         let verdicts = all.verdicts(&shot.frustum);
+        if args.verdicts.is_some() {
+            let camera = args.path.is_some().then_some(i);
+            for (n, some) in verdicts.chunks(LINES).enumerate() {
+                text.clear();
+                verdicts::lines(some, n * LINES, camera, &mut text);
+                write_verdicts(text.as_bytes())?;
+            }
+        }
         let figures = all.measure(&shot.frustum, &verdicts, Rounds { warm: args.repeat, cold });
         sum += &figures;
         let drawn = match shots.len() {
@@ -234,6 +269,7 @@ fn measure(args: &CullArgs, level: Level, input: Input) -> Result<Measured, Fail
             _ => picture(shot, &[Mode::NONE, Mode::DEFAULT], args.frames.unwrap_or(1)),
         };
         shown.push(Shown { figures, drawn });
+        last = verdicts;
     }
     // The one with the most to do, by counts: those are the same in every run.
     let metrics = sweep::metrics(&shown);
@@ -241,7 +277,7 @@ fn measure(args: &CullArgs, level: Level, input: Input) -> Result<Measured, Fail
     let focus = busiest.map_or(0, sweep::Metric::worst);
     let _progress = Progress::show("drawing with every test");
     Ok(Measured {
-        verdicts: all.verdicts(&shots[focus].frustum),
+        verdicts: if focus + 1 == shots.len() { last } else { all.verdicts(&shots[focus].frustum) },
         downstream: picture(&shots[focus], &Mode::ALL, args.frames.unwrap_or(5)),
         shown,
         sum,
@@ -250,19 +286,6 @@ fn measure(args: &CullArgs, level: Level, input: Input) -> Result<Measured, Fail
         simd: measure::level_name(level),
         input,
     })
-}
-
-/// The lines of `--verdicts`, camera by camera.
-fn lines(measured: &Measured, numbered: bool) -> Vec<u8> {
-    let mut text = String::new();
-    for (camera, shot) in measured.input.shots.iter().enumerate() {
-        let sat = cullet::cull::Sat::new(&shot.frustum);
-        for (i, bounds) in measured.input.boxes.iter().enumerate() {
-            let verdict = Verdict::on(bounds, &shot.frustum, &sat);
-            text += &verdict.line(i, numbered.then_some(camera));
-        }
-    }
-    text.into_bytes()
 }
 
 /// How many conditions of `--fail-if` hold; says which, and what figures decided.

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use cullet::cull::{Counts, Test};
+use cullet::cull::{Counts, Fate, Test};
 use cullet::transform::Plane;
 use serde_json::{Map, Value, json};
 
@@ -10,7 +10,7 @@ use super::downstream::{Drawn, Mode, ms};
 use super::measure::{Figures, LevelFigures, SizeFigures, Timing};
 use super::path::CameraPath;
 use super::sweep::{Metric, metrics};
-use super::verdicts::{Fate, TESTS};
+use super::verdicts::TESTS;
 use super::waste::Waste;
 use super::{CullArgs, Measured};
 
@@ -32,8 +32,8 @@ pub fn json(args: &CullArgs, measured: Option<&Measured>, wastes: &[Waste]) -> V
         merge(&mut value, figures(&measured.sum));
         value["hierarchy"]["build_ms"] = measured.build_ms.into();
         value["sizes"] = measured.sum.sizes.iter().map(|(i, size)| self::size(*i, size)).collect();
-        value["invalid"] = count(&measured.sum, Fate::Invalid).into();
-        value["empty"] = count(&measured.sum, Fate::Empty).into();
+        value["invalid"] = measured.sum.n_of(Fate::Invalid).into();
+        value["empty"] = measured.sum.n_of(Fate::Empty).into();
         if !measured.downstream.is_empty() {
             value["downstream"] = measured.downstream.iter().map(drawn).collect();
         }
@@ -86,11 +86,6 @@ fn merge(into: &mut Value, from: Value) {
     if let (Value::Object(into), Value::Object(from)) = (into, from) {
         into.extend(from);
     }
-}
-
-fn count(figures: &Figures, fate: Fate) -> u64 {
-    let at = Fate::ALL.iter().position(|known| *known == fate);
-    at.map_or(0, |i| figures.fates[i]) / figures.n_shots.max(1)
 }
 
 /// The figures of one camera or of all.

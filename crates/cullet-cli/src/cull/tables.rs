@@ -1,6 +1,6 @@
 //! The figures as text: what people read on a terminal, and CSV.
 
-use cullet::cull::Test;
+use cullet::cull::{Fate, Test};
 use cullet::transform::Plane;
 use cullet_measure::{Align, Table};
 
@@ -8,7 +8,7 @@ use super::Measured;
 use super::downstream::{ms, saved_percent};
 use super::measure::{Figures, Timing};
 use super::sweep::metrics;
-use super::verdicts::{Fate, TESTS};
+use super::verdicts::TESTS;
 use super::waste::Waste;
 
 /// Everything about a set of boxes.
@@ -20,7 +20,7 @@ pub fn all(measured: &Measured) -> String {
         n => text += &format!(", {n} cameras (counts added up, times averaged)"),
     }
     let [visible, empty, invalid] =
-        [sum.of(Test::Sat).n_in, fate(sum, Fate::Empty), fate(sum, Fate::Invalid)];
+        [sum.of(Test::Sat).n_in, sum.n_of(Fate::Empty), sum.n_of(Fate::Invalid)];
     text += &format!("; {visible} visible, {empty} empty, {invalid} invalid; one thread\n\n");
     text += &tests(measured, sum).to_string();
     let planes =
@@ -34,11 +34,6 @@ pub fn all(measured: &Measured) -> String {
         text += &sweep(measured);
     }
     text
-}
-
-fn fate(figures: &Figures, wanted: Fate) -> u64 {
-    let at = Fate::ALL.iter().position(|fate| *fate == wanted);
-    at.map_or(0, |i| figures.fates[i])
 }
 
 fn right<'a, const N: usize>(first: &'a str, rest: [&'a str; N]) -> Table {
@@ -206,13 +201,27 @@ pub fn distributions(wastes: &[Waste]) -> String {
     format!("{table}(waste: of the boxes a test keeps, those that are not visible)\n")
 }
 
-/// One row per camera and test, plane by itself, or level of the tree (by [`Test::Both`]); or per
-/// kind of generated boxes and test.
+/// One row per camera and test, plane by itself, or level of the tree (by [`Test::Both`]), the walk,
+/// and way for the renderer to cull (`in` and `out` are objects there); or per kind of generated
+/// boxes and test. `ms`: per walk, per frame.
 pub fn csv(measured: Option<&Measured>, wastes: &[Waste]) -> String {
     let mut table = right(
         "source",
-        ["camera", "test", "in", "out", "false_visible", "ns_per_box", "ns_per_box_cold"],
+        [
+            "camera",
+            "test",
+            "in",
+            "out",
+            "false_visible",
+            "ns_per_box",
+            "ns_per_box_cold",
+            "ms",
+            "ms_cold",
+            "triangles",
+            "pixels",
+        ],
     );
+    let number = |value: Option<f64>| value.map_or(String::new(), |value| format!("{value:.4}"));
     for (camera, shown) in measured.iter().flat_map(|m| m.shown.iter().enumerate()) {
         let figures = &shown.figures;
         let n: u64 = figures.fates.iter().sum();
@@ -226,7 +235,7 @@ pub fn csv(measured: Option<&Measured>, wastes: &[Waste]) -> String {
                     (n - n_in).to_string(),
                     wasted.to_string(),
                     format!("{:.4}", ns.warm()),
-                    ns.cold().map_or(String::new(), |ns| format!("{ns:.4}")),
+                    number(ns.cold()),
                 ]);
             };
         for (test, of) in TESTS.iter().zip(&figures.tests) {
@@ -242,6 +251,39 @@ pub fn csv(measured: Option<&Measured>, wastes: &[Waste]) -> String {
             let [.., both, exact] = level.n_in;
             let wasted = both.saturating_sub(exact);
             row("level", i.to_string(), level.n_nodes, [both, wasted], &level.ns);
+        }
+        let tree = &figures.tree;
+        let per_box = |ms: f64| 1e6 * ms / n.max(1) as f64;
+        let (warm, cold) = (tree.ms.warm(), tree.ms.cold());
+        table.push([
+            "walk".to_owned(),
+            camera.to_string(),
+            Test::Both.name().to_owned(),
+            tree.n_in.to_string(),
+            (n - tree.n_in).to_string(),
+            tree.n_in.saturating_sub(figures.of(Test::Sat).n_in).to_string(),
+            number(Some(per_box(warm))),
+            number(cold.map(per_box)),
+            number(Some(warm)),
+            number(cold),
+        ]);
+        for drawn in measured.iter().flat_map(|m| m.drawn(camera)) {
+            let frame = &drawn.frame;
+            let objects = frame.objects;
+            table.push([
+                "render".to_owned(),
+                camera.to_string(),
+                drawn.mode.name(),
+                objects.n_drawn.to_string(),
+                (objects.n_in - objects.n_drawn).to_string(),
+                String::new(),
+                String::new(),
+                String::new(),
+                number(Some(drawn.ms())),
+                String::new(),
+                drawn.n_triangles().to_string(),
+                frame.pixels_shaded.to_string(),
+            ]);
         }
     }
     for waste in wastes {

@@ -1,9 +1,9 @@
 //! Where the tests differ: what each leaves over on generated boxes of nine kinds.
 
 use cullet::cull::distributions::{Distribution, Sample};
-use cullet::cull::{Sat, Test};
+use cullet::cull::{Sat, Test, Verdict};
 
-use super::verdicts::{TESTS, Verdict};
+use super::verdicts::TESTS;
 
 /// One kind of boxes and frusta.
 #[derive(Clone, Debug)]
@@ -24,7 +24,7 @@ impl Waste {
             let sat = Sat::new(&frustum);
             waste.n_boxes += boxes.len() as u64;
             for bounds in &boxes {
-                let verdict = Verdict::on(bounds, &frustum, &sat);
+                let verdict = Verdict::on(bounds, &sat);
                 for (test, n) in TESTS.iter().zip(&mut waste.n_in) {
                     *n += u64::from(verdict.keeps(*test));
                 }

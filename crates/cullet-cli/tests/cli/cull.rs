@@ -129,6 +129,48 @@ fn verdicts_along_a_path_name_their_camera() {
 }
 
 #[test]
+fn what_no_camera_changes_is_counted_once() {
+    let folder = folder();
+    let orbit = "cull --boxes boxes.jsonl --camera camera.json --path orbit:3 --repeat 1";
+    let text = String::from_utf8(folder.ok(orbit).stdout).unwrap();
+    assert!(text.contains(" 1 empty, 1 invalid;"), "{text}");
+}
+
+#[test]
+fn the_csv_has_the_walk_and_the_renderer_of_every_camera() {
+    let folder = folder();
+    let path = "synth:box-grid:6 --path dolly:2 --size 96x64 --frames 1 --repeat 1";
+    folder.ok(&format!("cull {path} --csv x.csv --json x.json"));
+    let csv = std::fs::read_to_string(folder.path("x.csv")).unwrap();
+    let json = std::fs::read(folder.path("x.json")).unwrap();
+    let json: Value = serde_json::from_slice(&json).unwrap();
+    let mut rows = csv.lines().map(|row| row.split(',').collect::<Vec<_>>());
+    let head = rows.next().unwrap();
+    let rows: Vec<_> = rows.collect();
+    assert!(rows.iter().all(|row| row.len() == head.len()));
+    let column = |name: &str| head.iter().position(|known| *known == name).unwrap();
+    let number = |row: &[&str], name: &str| row[column(name)].parse::<f64>().unwrap();
+    for (i, camera) in json["cameras"].as_array().unwrap().iter().enumerate() {
+        let of = |source: &str| {
+            let wanted = [source.to_owned(), i.to_string()];
+            rows.iter().filter(|row| row[..2] == wanted).cloned().collect::<Vec<_>>()
+        };
+        let walk = of("walk");
+        assert_eq!(walk.len(), 1);
+        assert_eq!(number(&walk[0], "in"), camera["tests"]["both"]["in"].as_f64().unwrap());
+        assert!(number(&walk[0], "ms") > 0.0);
+        let render = of("render");
+        let [all, culled] = ["none", "both + tree"].map(|way| {
+            render.iter().find(|row| row[column("test")] == way).expect("a way to cull")
+        });
+        assert_eq!(number(all, "in"), 216.0);
+        assert!(number(culled, "triangles") <= number(all, "triangles"));
+        assert_eq!(number(culled, "pixels"), number(all, "pixels"));
+        assert_eq!(number(culled, "in") + number(culled, "out"), 216.0);
+    }
+}
+
+#[test]
 fn the_renderer_says_what_was_saved() {
     let folder = folder();
     // From the middle of the grid most of it is out of view.

@@ -94,6 +94,13 @@ impl Node {
         leaves: 0,
     };
 
+    /// One bit per child below which items do not lie side by side.
+    #[inline(always)]
+    pub fn scattered(&self) -> u8 {
+        let lanes = self.children.iter().enumerate();
+        lanes.fold(0, |bits, (lane, child)| bits | u8::from(child.len == 0) << lane)
+    }
+
     /// Puts a child in `lane`.
     pub fn set(&mut self, lane: usize, child: Child, bounds: &Box32) {
         self.children[lane] = child;

@@ -135,6 +135,9 @@ pub(crate) struct Verdict {
 }
 
 impl Verdict {
+    /// No box is visible.
+    pub const NOTHING: Verdict = Verdict { visible: 0, cutting: 0 };
+
     /// By box, one bit per plane that may cut it; meaningful for visible boxes.
     #[inline(always)]
     pub fn masks(self) -> [u8; 8] {

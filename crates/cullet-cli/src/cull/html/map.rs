@@ -2,10 +2,9 @@
 
 use std::fmt::Write;
 
-use cullet::cull::{Aabb, Frustum};
+use cullet::cull::{Aabb, Frustum, Verdict};
 use glam::{DVec2, DVec3};
 
-use super::super::verdicts::{Fate, Verdict};
 use super::color;
 
 const WIDTH: f64 = 620.0;
@@ -89,7 +88,7 @@ impl Map<'_> {
             // Flat boxes and distant ones still show.
             let size = (high - low).max(DVec2::ONE);
             let fate = self.verdicts[i].fate;
-            let class = Fate::ALL.iter().position(|known| *known == fate).unwrap_or(0);
+            let class = fate.index();
             let _ = write!(
                 body,
                 "<rect class='f{class}' x='{:.1}' y='{:.1}' width='{:.1}' height='{:.1}' fill='{color}' \
@@ -245,7 +244,7 @@ mod tests {
             vec![unit; MOST_BOXES + 5],
         ] {
             let verdicts: Vec<Verdict> =
-                boxes.iter().map(|bounds| Verdict::on(bounds, &frustum, &sat)).collect();
+                boxes.iter().map(|bounds| Verdict::on(bounds, &sat)).collect();
             let map = Map { boxes: &boxes, verdicts: &verdicts, frustum: &frustum, eye: true };
             for projection in [Projection::TOP, Projection::side(DVec3::NEG_Z)] {
                 let drawn = map.draw(projection);

@@ -6,14 +6,14 @@ mod svg;
 use std::fmt::Write;
 
 use base64::Engine;
-use cullet::cull::Test;
+use cullet::cull::{Fate, Test};
 use cullet::transform::Plane;
 use cullet::{Frame, Renderer, Settings, View};
 
 use super::downstream::{Mode, ms, saved_percent};
 use super::measure::Figures;
 use super::sweep::{Metric, metrics};
-use super::verdicts::{Fate, TESTS};
+use super::verdicts::TESTS;
 use super::waste::Waste;
 use super::{CullArgs, Measured, report};
 use crate::picture_file::{Format, Pixels, PngCompression, Samples, encode};
@@ -104,6 +104,13 @@ pub fn page(args: &CullArgs, measured: Option<&Measured>, wastes: &[Waste]) -> S
 
 fn section(title: &str, text: &str, body: &str) -> String {
     format!("<section><h2>{title}</h2><p>{text}</p>{body}</section>\n")
+}
+
+/// Words beside a chart that would be too wide by itself.
+fn beside(title: &str, text: &str, body: &str) -> String {
+    format!(
+        "<section class='beside'><div><h2>{title}</h2><p>{text}</p></div><div>{body}</div></section>\n"
+    )
 }
 
 fn percent(part: u64, whole: u64) -> f64 {
@@ -325,7 +332,7 @@ fn costs(sum: &Figures, simd: &str) -> String {
 fn planes(figures: &Figures) -> String {
     let n: u64 = figures.fates.iter().sum();
     let bar = |fate: &Fate| {
-        let at = Fate::ALL.iter().position(|known| known == fate).unwrap_or(0);
+        let at = fate.index();
         let value = figures.fates[at];
         Bar {
             label: match fate {
@@ -445,7 +452,7 @@ fn levels(measured: &Measured, figures: &Figures) -> String {
         fewer(both),
         fewer(exact)
     );
-    section("Down the tree", &text, &shares(&rows))
+    beside("Down the tree", &text, &shares(&rows))
 }
 
 fn downstream(measured: &Measured) -> String {
@@ -492,7 +499,7 @@ fn downstream(measured: &Measured) -> String {
          </thead><tbody>{rows}</tbody></table></div>",
         bars(&chart)
     );
-    section(
+    beside(
         "What it saves in the renderer",
         "Real frames, one thread: time to <b style='color:#e5484d'>cull</b>, for \
          <b style='color:#4c78c8'>geometry</b>, <b style='color:#f0872e'>coverage and depth</b>, \

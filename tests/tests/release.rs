@@ -1,0 +1,115 @@
+//! The program as it is shipped: what it draws, and what the compiler made of it.
+//!
+//! `CULLET_RELEASE` names a release build of `cullet` with symbols; `.ci/run` sets it to the one
+//! that the README's first command has just built. Without it these tests say so and pass, since
+//! an old build would judge the wrong code.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use cullet::{Pass, Passes, Settings, Shading};
+use cullet_tests::{own_cameras, prepare_synth, render};
+
+/// The build to look at.
+fn release() -> Option<PathBuf> {
+    let path = std::env::var_os("CULLET_RELEASE").map(PathBuf::from);
+    if path.is_none() {
+        eprintln!("skipped: CULLET_RELEASE does not name a release build of cullet");
+    }
+    path
+}
+
+/// Debug and release: all optimisations draw what this build draws, to the last bit of every float.
+#[test]
+fn a_release_build_draws_the_same() {
+    let Some(cullet) = release() else { return };
+    let size = [200, 137];
+    for spec in ["city:2", "masks", "sphere:96"] {
+        let prepared = prepare_synth(spec);
+        let camera = own_cameras(&prepared).swap_remove(0);
+        let passes = Passes::COLOR.with(Pass::Linear);
+        let settings = Settings { shading: Shading::Lambert, passes, ..Settings::default() };
+        let frame = render(&prepared, &camera, size, &settings);
+        let floats = frame.linear.iter().flat_map(|color| color.to_array());
+        let here: Vec<u8> = floats.flat_map(f32::to_le_bytes).collect();
+        let there = drawn_by(&cullet, spec, size);
+        assert!(here.iter().any(|&byte| byte != 0), "{spec}: nothing to see");
+        assert!(here == there, "{spec}: a release build draws something else");
+    }
+}
+
+/// The linear colours that a program draws.
+fn drawn_by(cullet: &Path, spec: &str, [width, height]: [u32; 2]) -> Vec<u8> {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
+    let file = folder.join(format!("release-{}.f32", spec.replace(':', "-")));
+    let status = Command::new(cullet)
+        .args(["render", &format!("synth:{spec}"), "--camera", "0", "--shading", "lambert"])
+        .args(["--aa", "none", "--size", &format!("{width}x{height}"), "-o"])
+        .arg(&file)
+        .status()
+        .unwrap_or_else(|e| panic!("{}: {e}", cullet.display()));
+    assert!(status.success(), "{spec}: {status}");
+    std::fs::read(&file).unwrap()
+}
+
+/// LLVM 22 folds a load, a float select and a store to one address into `vmaskmovps` on AVX2, which
+/// is microcode on AMD and holds up the load after it: a filled picture took 5.7 times as long.
+/// Selecting as integers avoids it. (`vpmaskmovd` is no better.)
+#[test]
+fn no_masked_moves_in_kernels() {
+    let Some(cullet) = release() else { return };
+    let output = Command::new("objdump")
+        .args(["--disassemble", "--demangle", "--no-show-raw-insn", "--no-addresses"])
+        .arg(&cullet)
+        .output();
+    let Ok(output) = output else {
+        eprintln!("skipped: there is no objdump (binutils)");
+        return;
+    };
+    assert!(output.status.success(), "objdump: {}", output.status);
+    let text = String::from_utf8_lossy(&output.stdout);
+    let kernels = kernels(&text);
+
+    // Not blind: there are kernels, and 256-bit code in them (on x86).
+    assert!(kernels.len() > 20, "{} functions of the stages", kernels.len());
+    let wide = kernels.iter().filter(|(_, body)| body.contains("%ymm")).count();
+    assert!(wide > 0 || !cfg!(target_arch = "x86_64"), "no function uses 256-bit registers");
+
+    let masked: Vec<_> = kernels
+        .iter()
+        .filter(|(_, body)| masked_moves(body) > 0)
+        .map(|(name, body)| format!("{name}: {}", masked_moves(body)))
+        .collect();
+    assert!(masked.is_empty(), "masked moves in\n{}", masked.join("\n"));
+}
+
+/// Functions of this project's stages in a disassembly, with their code.
+fn kernels(text: &str) -> Vec<(&str, &str)> {
+    let functions = text.split("\n\n").filter_map(|function| {
+        let (head, body) = function.trim_start().split_once('\n')?;
+        let name = head.strip_suffix(">:")?.split_once('<')?.1;
+        Some((name, body))
+    });
+    let ours = |name: &str| {
+        // What is compiled for an instruction set is inlined into the function that switches to it.
+        let homes = ["cull", "raster", "shade", "transform"].map(|s| format!("cullet_{s}::"));
+        let others = ["cullet::", "fearless_simd::"];
+        homes.iter().map(String::as_str).chain(others).any(|home| name.contains(home))
+    };
+    functions.filter(|(name, _)| ours(name)).collect()
+}
+
+fn masked_moves(body: &str) -> usize {
+    let mnemonics = body.lines().filter_map(|line| line.split_whitespace().next());
+    mnemonics.filter(|name| name.starts_with("vmaskmov") || name.starts_with("vpmaskmov")).count()
+}
+
+#[test]
+fn a_masked_move_would_be_found() {
+    let text = "\n<cullet_raster::cover::fill>:\n\tvmovaps %ymm0,%ymm1\n\tvmaskmovps %ymm0,%ymm1,(%rdi)\n\tret\n\n\
+                <cullet_shade::srgb::encode>:\n\tvmovaps %ymm0,%ymm1\n\tret\n\n\
+                <memchr::find>:\n\tvpmaskmovd %ymm0,%ymm1,(%rdi)\n";
+    let kernels = kernels(text);
+    let found: Vec<_> = kernels.iter().map(|(name, body)| (*name, masked_moves(body))).collect();
+    assert_eq!(found, [("cullet_raster::cover::fill", 1), ("cullet_shade::srgb::encode", 0)]);
+}
