@@ -17,6 +17,7 @@ mod signals;
 mod source;
 mod stats;
 mod synth;
+mod verify;
 mod view;
 
 use std::process::ExitCode;
@@ -38,6 +39,7 @@ enum Command {
     Info(info::InfoArgs),
     Diff(diff::DiffArgs),
     Synth(synth::SynthArgs),
+    Verify(verify::VerifyArgs),
     View(view::ViewArgs),
 }
 
@@ -61,6 +63,7 @@ fn main() -> ExitCode {
         Command::Info(args) => info::run(args),
         Command::Diff(args) => diff::run(args),
         Command::Synth(args) => synth::run(args),
+        Command::Verify(args) => verify::run(args),
         Command::View(args) => view::run(args),
     })
 }

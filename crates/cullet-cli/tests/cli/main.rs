@@ -7,3 +7,4 @@ mod outputs;
 mod pictures;
 mod run;
 mod stats;
+mod verify;
