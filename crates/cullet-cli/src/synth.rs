@@ -4,7 +4,7 @@ use std::io::{IsTerminal, stdout};
 use std::path::PathBuf;
 
 use clap::Args;
-use cullet::scene::synth::{NAMES, synth};
+use cullet::scene::synth::{EXTREMES, NAMES, synth};
 use cullet::scene::write_glb;
 
 use crate::exit::Failure;
@@ -27,8 +27,9 @@ pub struct SynthArgs {
 /// Writes the scene, or the list.
 pub fn run(args: &SynthArgs) -> Result<(), Failure> {
     let Some(name) = &args.name else {
-        let lines: Vec<String> = NAMES.iter().map(|(name, about)| line(name, about)).collect();
-        return print(lines.concat().as_bytes());
+        let names = NAMES.iter().map(|(name, about)| line(name, about));
+        let extremes = EXTREMES.map(|(name, about)| format!("extreme:{name:<16} {about}\n"));
+        return print(names.chain(extremes).collect::<String>().as_bytes());
     };
     let scene = synth(name.strip_prefix("synth:").unwrap_or(name)).map_err(Failure::usage)?;
     let target = Target::from(args.output.as_path());

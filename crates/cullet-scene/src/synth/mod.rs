@@ -5,6 +5,7 @@
 
 mod build;
 mod city;
+mod extreme;
 mod interior;
 mod knots;
 mod masks;
@@ -16,7 +17,10 @@ mod textures;
 
 use crate::Scene;
 
-/// Every name that [`synth`] knows, with its parameter and what it shows.
+pub use extreme::NAMES as EXTREMES;
+
+/// Every name that [`synth`] knows, with its parameter and what it shows; and `extreme:` with one
+/// of [`EXTREMES`].
 pub const NAMES: &[(&str, &str)] = &[
     ("box-grid", "box-grid:N: N * N * N boxes that share one mesh (1 to 64, default 20)"),
     ("sphere", "sphere:N: one smooth sphere of N segments around (3 to 2048, default 64)"),
@@ -64,6 +68,7 @@ pub enum SynthError {
 pub fn synth(spec: &str) -> Result<Scene, SynthError> {
     let spec = Spec::new(spec);
     let mut scene = match spec.name {
+        "extreme" => extreme::build(spec.parameter.unwrap_or_default())?,
         "box-grid" => measure::box_grid(spec.count(20, 64)?),
         "sphere" => measure::sphere(spec.count_from(3, 64, 2048)?),
         "slivers" => measure::slivers(spec.count(720, 65536)?),
@@ -127,7 +132,7 @@ impl<'a> Spec<'a> {
 
 fn known() -> String {
     let names: Vec<_> = NAMES.iter().map(|(name, _)| *name).collect();
-    names.join(", ")
+    format!("{}, extreme:NAME", names.join(", "))
 }
 
 #[cfg(test)]
