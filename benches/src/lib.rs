@@ -6,6 +6,7 @@
 
 pub mod boxes;
 pub mod camera;
+pub mod depth;
 pub mod growing;
 pub mod memory;
 pub mod peers;

@@ -1,5 +1,7 @@
 //! Coverage against exact integer arithmetic, written here from the rule and from nothing else.
 //!
+//! Asked twice: of the stages one by one, and of whole frames as [`Renderer`] draws them.
+//!
 //! Positions are chosen on a grid of 1/512 px, half of them exact ties of the 1/256 px snap, in
 //! pictures whose sides are powers of two, so that the clip-space coordinates are exact and the
 //! snapped position is known without floating point.
@@ -7,8 +9,11 @@
 use cullet::raster::{
     DepthFormat, Facing, KeepAll, NO_TRIANGLE, Placer, ReversedF32, Tile, Triangles, cover, set_up,
 };
+use cullet::scene::{Material, Mesh, Node, Object, Scene};
 use cullet::transform::{ClipPoint, PlaneMask, Viewport};
-use cullet_tests::{Random, long_mode};
+use cullet::{Camera, Frame, Pass, Passes, Prepared, Projection, Renderer, Settings, View};
+use cullet_tests::{Random, long_mode, prepare};
+use glam::{DAffine3, DVec3, Vec3};
 
 const WIDTH: i64 = 64;
 const HEIGHT: i64 = 32;
@@ -205,4 +210,130 @@ fn partition(random: &mut Random, on_centres: bool, shift: Fine) -> Vec<[Fine; 3
         }
     }
     triangles
+}
+
+/// A mesh of these triangles, all at one distance, of which one unit is one pixel.
+fn flat_scene(triangles: &[[Fine; 3]]) -> Prepared {
+    let position = |[x, y]: Fine| {
+        // Exact: multiples of 1/512 below 2^14.
+        let px = |units: i64, side: i64| units as f32 / 512.0 - side as f32 / 2.0;
+        Vec3::new(px(x, WIDTH), -px(y, HEIGHT), -1.0)
+    };
+    let first = (0..).step_by(3);
+    prepare(Scene {
+        name: "coverage".into(),
+        meshes: vec![Mesh {
+            positions: triangles.iter().flatten().map(|p| position(*p)).collect(),
+            triangles: first.take(triangles.len()).map(|i| [i, i + 1, i + 2]).collect(),
+            ..Mesh::default()
+        }],
+        materials: vec![Material { double_sided: true, ..Material::default() }],
+        nodes: vec![Node { name: "all".into(), parent: None, world_from_node: DAffine3::IDENTITY }],
+        objects: vec![Object {
+            name: "all".into(),
+            node: 0,
+            mesh: 0,
+            material: 0,
+            world_from_model: DAffine3::IDENTITY,
+        }],
+        ..Scene::default()
+    })
+}
+
+/// Per sample, the triangle that a whole frame shows, counted from 1.
+fn frame_of(renderer: &mut Renderer, triangles: &[[Fine; 3]], threads: usize) -> Vec<u32> {
+    let height = HEIGHT as f64;
+    let lens = Projection::Orthographic { height, near: 0.0, far: 2.0 };
+    let camera = Camera::look_at(DVec3::ZERO, DVec3::NEG_Z, DVec3::Y, lens).unwrap();
+    let view = View::new(&camera, Viewport::new(WIDTH as u32, HEIGHT as u32).unwrap());
+    let passes = Passes::NONE.with(Pass::Triangle);
+    let settings = Settings { passes, threads, ..Settings::default() };
+    let mut frame = Frame::default();
+    renderer.render(&flat_scene(triangles), &view, &settings, &mut frame);
+    frame.triangle
+}
+
+/// Whole frames of several triangles at one depth: each sample shows the first that covers it.
+#[track_caller]
+fn check_frames(seed: u64, n_triangles: usize, corner: impl Fn(&mut Random) -> Fine) {
+    let mut random = Random::new(seed);
+    let mut renderer = Renderer::default();
+    let wanted = if long_mode() { 10_000_000 } else { 400_000 };
+    let mut samples = 0;
+    while samples < wanted {
+        let triangles: Vec<[Fine; 3]> =
+            (0..n_triangles).map(|_| [0; 3].map(|_| corner(&mut random))).collect();
+        let frame = frame_of(&mut renderer, &triangles, 1 + samples % 3);
+        for (i, &shown) in frame.iter().enumerate() {
+            let (x, y) = (i as i64 % WIDTH, i as i64 / WIDTH);
+            let first = triangles.iter().position(|corners| covered(corners, x, y));
+            let expected = first.map_or(0, |first| first as u32 + 1);
+            assert_eq!(shown, expected, "pixel {x}, {y} of {triangles:?}");
+        }
+        samples += frame.len();
+    }
+}
+
+#[test]
+fn whole_frames_of_random_triangles() {
+    check_frames(8, 6, |r| [r.integer(-8 * 512, 72 * 512), r.integer(-8 * 512, 40 * 512)]);
+}
+
+#[test]
+fn whole_frames_of_corners_on_centres() {
+    check_frames(9, 6, |r| [r.integer(-4, 132) * 256, r.integer(-4, 68) * 256]);
+}
+
+#[test]
+fn whole_frames_of_exact_ties_of_the_snap() {
+    check_frames(10, 6, |r| [r.integer(0, 64 * 256) * 2 + 1, r.integer(0, 32 * 256) * 2 + 1]);
+}
+
+#[test]
+fn whole_frames_of_triangles_as_large_as_the_guard_band() {
+    let reach = 16_000 * 512;
+    check_frames(11, 3, |r| [r.integer(-reach, reach), r.integer(-reach, reach)]);
+}
+
+/// One partition everywhere: moved by every multiple of 1/256 px within a pixel (by 1/512 px too,
+/// where the snap meets ties), its corners in each of the six orders.
+#[test]
+fn partitions_stay_watertight_in_every_placement() {
+    let still = partition(&mut Random::new(12), true, [0, 0]);
+    let step = if long_mode() { 1 } else { 37 };
+    for x in (-256..256).step_by(step) {
+        for shift in [[x, 0], [0, x], [x, x], [x, -3 * x]] {
+            let order = (x + shift[1]).rem_euclid(6);
+            let moved = still.iter().map(|corners| {
+                let mut corners = corners.map(|p| [p[0] + shift[0], p[1] + shift[1]]);
+                corners.rotate_left(order as usize % 3);
+                if order >= 3 {
+                    corners.swap(0, 1);
+                }
+                corners
+            });
+            let counts = drawn(&moved.collect::<Vec<_>>(), 1.0);
+            assert!(counts.iter().all(|&count| count == 1), "moved by {shift:?} / 512 px");
+        }
+    }
+}
+
+/// The same of whole frames: nothing shines through, and the triangles drawn one by one show as
+/// many samples as the picture has.
+#[test]
+fn partitions_are_watertight_in_whole_frames() {
+    let mut random = Random::new(13);
+    let mut renderer = Renderer::default();
+    for round in 0..if long_mode() { 60 } else { 3 } {
+        let shift = [random.integer(-256, 256), random.integer(-256, 256)];
+        let triangles = partition(&mut random, round % 2 == 0, shift);
+        let together = frame_of(&mut renderer, &triangles, 3);
+        assert!(together.iter().all(|&shown| shown > 0), "round {round}");
+        let mut counts = vec![0; together.len()];
+        for triangle in &triangles {
+            let alone = frame_of(&mut renderer, &[*triangle], 1);
+            counts.iter_mut().zip(alone).for_each(|(count, shown)| *count += shown);
+        }
+        assert!(counts.iter().all(|&count| count == 1), "round {round}");
+    }
 }

@@ -1,11 +1,13 @@
 //! Picture sizes, lenses and places of the camera (numerics 3 and 4, items 5 to 8).
 
 use cullet::transform::{Kind, View};
-use cullet::{Camera, CullTest, Frame, Pass, Passes, Prepared, Settings, Viewport, ViewportError};
+use cullet::{
+    Camera, CullTest, Frame, Pass, Passes, Prepared, Region, Settings, Viewport, ViewportError,
+};
 use cullet_tests::{Random, bytes, long_mode, prepare, render};
 use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
 
-use crate::ideal::check;
+use crate::ideal::{EDGE, Ideal, check};
 use crate::{
     INF, ahead, alone, assert_finite, cube, double_sided, draw, look, n_shown, perspective, scene,
     settings, square, view,
@@ -55,6 +57,53 @@ fn impossible_sizes_are_errors() {
     }
     for [width, height] in [[65535, 1], [1, 65535], [32769, 32769], [u32::MAX, u32::MAX]] {
         assert_eq!(Viewport::new(width, height), Err(ViewportError::TooLarge(width, height)));
+    }
+}
+
+/// The corners of the largest pictures, a region at a time: coordinates as far out as they come.
+#[test]
+fn the_corners_of_the_largest_pictures_are_in_place() {
+    let mut random = Random::new(18);
+    for size in [[16384, 16384], [32768, 32768], [32768, 1], [1, 32768], [32749, 31]] {
+        let [width, height] = size;
+        let part = [width.min(48), height.min(32)];
+        let camera = ahead(perspective(60.0, 0.1, INF));
+        for (x, y) in [
+            (0, 0),
+            (width - part[0], 0),
+            (0, height - part[1]),
+            (width - part[0], height - part[1]),
+        ] {
+            for _ in 0..if long_mode() { 100 } else { 5 } {
+                let window = camera.window(f64::from(width) / f64::from(height));
+                // Corners around the region, and one far away.
+                let around = |start: u32, n: u32, side: u32, r: &mut Random| {
+                    (f64::from(start) + f64::from(n) * r.within(-0.5, 1.5)) / f64::from(side)
+                };
+                let mut corner = |far: bool| {
+                    let u = around(x, part[0], width, &mut random);
+                    let v = around(y, part[1], height, &mut random);
+                    let [u, v] = if far { [u + 0.7, 0.3 - v] } else { [u, v] };
+                    window.at(u, v, random.within(1.0, 4.0)).as_vec3()
+                };
+                let corners = [corner(false), corner(false), corner(true)];
+                let prepared = alone(crate::mesh(&corners, &[[0, 1, 2]]), DAffine3::IDENTITY);
+                let region = Region { x, y, width: part[0], height: part[1] };
+                let settings = Settings { region: Some(region), ..settings() };
+                let frame = render(&prepared, &camera, size, &settings);
+                assert_eq!([frame.width, frame.height], part);
+                let ideal = Ideal::new(&view(&camera, size), &DAffine3::IDENTITY, corners);
+                for (i, &id) in frame.triangle.iter().enumerate() {
+                    let (px, py) = (x + i as u32 % part[0], y + i as u32 / part[0]);
+                    let expected = ideal.at(px, py);
+                    assert!(
+                        (id == 1) == expected.inside || expected.border <= EDGE,
+                        "{size:?} at {px}, {py}: {id}, {:.5} px from the border",
+                        expected.border
+                    );
+                }
+            }
+        }
     }
 }
 

@@ -3,7 +3,7 @@
 
 use cullet::raster::{Fixed, reference};
 use cullet::scene::Mesh;
-use cullet::{Camera, Projection, Settings, frame_scene};
+use cullet::{Camera, CullTest, Projection, Settings, frame_scene};
 use cullet_tests::{Random, bytes, long_mode, prepare, render};
 use glam::{DAffine3, DVec3, Vec3};
 
@@ -65,6 +65,25 @@ fn a_corner_that_is_no_number_drops_its_triangle_and_nothing_else() {
                 assert!(bytes(&frame) == bytes(&expected), "{case}");
                 assert_eq!(frame_scene(&prepared, 4.0 / 3.0), camera, "{case}");
             }
+        }
+    }
+}
+
+/// Numbers in the mesh, but not on the screen: a node takes them beyond f64.
+#[test]
+fn what_a_node_makes_endless_is_dropped_and_nothing_else() {
+    let camera = look(DVec3::new(3.0, 4.0, 5.0), DVec3::ZERO, perspective(60.0, 0.1, INF));
+    let (expected, _) = draw(&alone(cube(), DAffine3::IDENTITY), &camera, SIZE);
+    assert!(n_shown(&expected) > 300);
+    for scale in [1e280, 1e308, f64::MAX] {
+        let huge = mesh(&[Vec3::MAX, Vec3::MIN, Vec3::new(1e30, -3e38, 2e38)], &[[0, 1, 2]]);
+        let place = DAffine3::from_scale(DVec3::splat(scale));
+        let objects = [(cube(), DAffine3::IDENTITY), (huge, place)];
+        let prepared = prepare(scene(double_sided(), &objects));
+        for threads in [1, 3] {
+            let settings = Settings { threads, ..settings() };
+            let frame = render(&prepared, &camera, SIZE, &settings);
+            assert!(bytes(&frame) == bytes(&expected), "scale {scale}, {threads} threads");
         }
     }
 }
@@ -281,6 +300,13 @@ fn of_equally_near_things_the_first_is_seen() {
         }
         for threads in [2, 3, 8] {
             assert!(bytes(&drawn(&all, threads)) == bytes(&one), "{threads} threads, {n} objects");
+        }
+        for cull in CullTest::ALL {
+            for hierarchy in [false, true] {
+                let settings = Settings { cull, hierarchy, threads: 2, ..settings() };
+                let culled = render(&all, &camera, SIZE, &settings);
+                assert!(bytes(&culled) == bytes(&one), "{cull:?}, {hierarchy}, {n} objects");
+            }
         }
     }
 }

@@ -8,6 +8,8 @@ mod accuracy;
 mod camera;
 mod geometry;
 mod ideal;
+mod lights;
+mod scenes;
 mod surface;
 
 use cullet::scene::{Material, Mesh, Node, Object, Scene};

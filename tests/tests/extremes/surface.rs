@@ -208,7 +208,7 @@ fn textured(size: [u32; 2], sampler: Sampler, uvs: [Vec2; 4], transform: Option<
 fn any_texture_at_any_coordinates_has_a_colour() {
     let extremes =
         [0.0, -0.5, 3.0, 1e30, -1e30, f32::MAX, f32::NAN, f32::INFINITY, f32::NEG_INFINITY];
-    for size in [[1, 1], [1, 7], [5, 1], [3, 5], [64, 64], [16384, 1]] {
+    for size in [[1, 1], [1, 7], [5, 1], [3, 5], [64, 64], [16384, 1], [1, 16384]] {
         for wrap in [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp] {
             let sampler = Sampler { wrap_u: wrap, wrap_v: wrap, ..Sampler::default() };
             for (i, &extreme) in extremes.iter().enumerate() {
@@ -220,6 +220,29 @@ fn any_texture_at_any_coordinates_has_a_colour() {
             let everywhere = [Vec2::new(0.3, 0.6); 4];
             let far_away = Affine2::from_scale(Vec2::new(1e30, -1e38));
             textured(size, sampler, everywhere, Some(far_away));
+        }
+    }
+}
+
+/// Bad numbers in what is not a position: a picture of numbers, the same for every thread count.
+#[test]
+fn attributes_that_are_no_numbers_give_a_picture_of_numbers() {
+    let camera = look(DVec3::new(2.0, 3.0, 4.0), DVec3::ZERO, perspective(60.0, 0.1, INF));
+    let extremes = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, 1e-45, 0.0];
+    for bad in extremes {
+        for kind in 0..3 {
+            let mut mesh = ball();
+            match kind {
+                0 => mesh.normals.iter_mut().flatten().step_by(3).for_each(|n| n.y = bad),
+                1 => mesh.uvs[0].iter_mut().flatten().step_by(3).for_each(|uv| uv.x = bad),
+                _ => mesh.normals.iter_mut().flatten().for_each(|n| *n = Vec3::splat(bad)),
+            }
+            let prepared = alone(mesh, DAffine3::IDENTITY);
+            let [one, many] = [1, 3].map(|threads| {
+                render(&prepared, &camera, SIZE, &Settings { threads, ..settings() })
+            });
+            assert!(n_shown(&one) > 300 && bytes(&one) == bytes(&many), "{bad}, kind {kind}");
+            assert_finite(&one);
         }
     }
 }

@@ -67,9 +67,11 @@ pub fn through_the_eye(ordinary: bool) -> Scene {
 pub fn ground(ordinary: bool) -> Scene {
     let mut builder = Builder::new("extreme");
     let green = double_sided(&mut builder, "green", [0.25, 0.45, 0.2]);
-    let s = if ordinary { 90.0 } else { 1e9 };
-    let back = if ordinary { 0.0 } else { 3.0 * s };
-    let plane = triangle([[-2.0 * s, 0.0, -s], [0.1 * s, 0.0, back], [2.5 * s, 0.0, -1.2 * s]]);
+    let corners = match ordinary {
+        true => [[-250.0, 0.0, -100.0], [0.0; 3], [250.0, 0.0, -100.0]],
+        false => [[-2e9, 0.0, -1e9], [1e8, 0.0, 3e9], [2.5e9, 0.0, -1.2e9]],
+    };
+    let plane = triangle(corners);
     builder.single("ground", DAffine3::IDENTITY, plane, green);
     let grey = builder.plain("grey", [0.6; 3]);
     let post = builder.mesh("post", shapes::cuboid([0.2, 1.0, 0.2], 0.0));
@@ -83,7 +85,8 @@ pub fn ground(ordinary: bool) -> Scene {
     builder.finish()
 }
 
-/// Needles down to 1/512 px (as seen 512 pixels high) and, red, what has no area at all.
+/// Needles from 2 px down to 1/180 px wide at the tip (as seen 512 pixels high) and, red, what has
+/// no area at all.
 pub fn no_area(ordinary: bool) -> Scene {
     let mut builder = Builder::new("extreme");
     let blue = double_sided(&mut builder, "blue", [0.1, 0.25, 0.7]);
@@ -92,7 +95,7 @@ pub fn no_area(ordinary: bool) -> Scene {
     for k in 0..360_u32 {
         let (sin, cos) = sincos(f64::from(k) * std::f64::consts::TAU / 360.0);
         let (sin, cos) = (sin as f32, cos as f32);
-        let width = if ordinary { 0.008 } else { 2.0 / 512.0 / 512.0 };
+        let width = if ordinary { 0.008 } else { 2.0 / 512.0 * (k + 1) as f32 / 360.0 };
         let (tip, side) = (Vec3::new(cos, sin, 0.0) * 0.9, Vec3::new(-sin, cos, 0.0) * width);
         let first = 3 * k;
         needles.positions.extend([Vec3::ZERO, tip - side, tip + side]);
@@ -152,6 +155,6 @@ pub fn ties(ordinary: bool) -> Scene {
     }
     let grey = builder.plain("grey", [0.5; 3]);
     builder.place("wall", None, at(0.0, 0.0, -3.0) * scaled(6.0, 4.0, 1.0), (square, grey));
-    look(&mut builder, [0.4, 0.5, 2.6], [0.0; 3], lens(45.0, 0.05, INF));
+    look(&mut builder, [0.0, 0.0, 2.6], [0.0; 3], lens(45.0, 0.05, INF));
     builder.finish()
 }
