@@ -301,7 +301,7 @@ fn whole_frames_of_triangles_as_large_as_the_guard_band() {
 fn partitions_stay_watertight_in_every_placement() {
     let still = partition(&mut Random::new(12), true, [0, 0]);
     let step = if long_mode() { 1 } else { 37 };
-    for x in (-256..256).step_by(step) {
+    for x in (-256_i64..256).step_by(step) {
         for shift in [[x, 0], [0, x], [x, x], [x, -3 * x]] {
             let order = (x + shift[1]).rem_euclid(6);
             let moved = still.iter().map(|corners| {
