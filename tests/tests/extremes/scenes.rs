@@ -51,6 +51,9 @@ fn however_an_extreme_is_drawn_its_bytes_are_the_same() {
         for (_, simd) in levels() {
             variants.push(Settings { threads: 3, simd, ..settings() });
         }
+        for (tile_px, occlusion) in [(8, true), (24, false), (256, true)] {
+            variants.push(Settings { tile_px, occlusion, ..settings() });
+        }
         for variant in variants {
             assert!(bytes(&with(&prepared, &variant)) == expected, "{name}: {variant:?}");
         }

@@ -234,7 +234,7 @@ pub enum RaycastGeometry {
 }
 
 /// `--tile-size`.
-fn tile_size(text: &str) -> Result<u32, String> {
+pub fn tile_size(text: &str) -> Result<u32, String> {
     let side: u32 = text.parse().map_err(|_| format!("`{text}` is not a whole number"))?;
     if !(8..=256).contains(&side) || !side.is_multiple_of(8) {
         return Err("a tile's side is a multiple of 8 from 8 to 256".into());

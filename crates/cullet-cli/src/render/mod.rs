@@ -5,7 +5,7 @@ pub mod camera;
 mod passes;
 mod pixels;
 
-pub use args::{RenderArgs, SimdName, size};
+pub use args::{RenderArgs, SimdName, size, tile_size};
 
 use std::time::{Duration, Instant};
 

@@ -13,7 +13,7 @@ use cullet::{Level, Settings};
 use crate::exit::Failure;
 use crate::message::note;
 use crate::output::{Outputs, Target, print};
-use crate::render::SimdName;
+use crate::render::{SimdName, tile_size};
 use list::{List, line};
 use pictures::{Pictures, SHIPPED};
 
@@ -24,21 +24,25 @@ const PROMISED: &str = include_str!("shipped.txt");
 /// Draw the scenes Cullet ships and compare a hash of each with the list of this version.
 ///
 /// Prints a line per scene, hash and name. The program brings the scenes and the list along. Any
-/// other bytes than the listed ones, for any of the numbers of threads and instruction sets asked
-/// for, end in exit code 1.
+/// other bytes than the listed ones, for any of the numbers of threads, instruction sets and tile
+/// sizes asked for, end in exit code 1.
 #[derive(Args, Clone, Debug)]
 pub struct VerifyArgs {
     /// Shipped scenes by name, files, or `synth:NAME` [default: every shipped scene]
     #[arg(value_name = "SCENE")]
     scenes: Vec<String>,
     /// Numbers of threads to draw with; 0 means one per core
-    #[arg(long, value_name = "N,…", value_delimiter = ',', default_value = "0,1,3")]
+    #[arg(long, value_name = "N,…", value_delimiter = ',', default_value = "1,3")]
     #[arg(value_parser = clap::value_parser!(u16).range(0..=1024))]
     threads: Vec<u16>,
     /// Instruction sets to draw with, or `all` that this machine has
     #[arg(long, value_name = "all|LEVEL,…", value_delimiter = ',', default_value = "all")]
     #[arg(value_parser = simd)]
     simd: Vec<Simd>,
+    /// Sides of the tiles to draw in, px
+    #[arg(long, value_name = "PX,…", value_delimiter = ',', default_value = "64,24")]
+    #[arg(value_parser = tile_size)]
+    tile_size: Vec<u32>,
     /// Compare with this list instead of the built-in one
     #[arg(long, value_name = "FILE")]
     list: Option<PathBuf>,
@@ -112,7 +116,7 @@ pub fn run(args: &VerifyArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Every number of threads with every instruction set.
+/// Every number of threads with every instruction set and every size of tiles.
 fn variants(args: &VerifyArgs) -> Result<Vec<Variant>, Failure> {
     let mut simds: Vec<(String, Level)> = Vec::new();
     for simd in &args.simd {
@@ -129,11 +133,14 @@ fn variants(args: &VerifyArgs) -> Result<Vec<Variant>, Failure> {
     }
     let mut variants = Vec::new();
     for (name, simd) in simds {
+        let name = name.replace("scalar", "fallback");
         for &threads in &args.threads {
-            let name =
-                format!("--simd {}, --threads {threads}", name.replace("scalar", "fallback"));
-            let settings = Settings { simd, threads: threads.into(), ..Settings::default() };
-            variants.push(Variant { name, settings });
+            for &tile_px in &args.tile_size {
+                let name = format!("--simd {name}, --threads {threads}, --tile-size {tile_px}");
+                let threads = threads.into();
+                let settings = Settings { simd, threads, tile_px, ..Settings::default() };
+                variants.push(Variant { name, settings });
+            }
         }
     }
     Ok(variants)

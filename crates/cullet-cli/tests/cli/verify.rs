@@ -14,7 +14,7 @@ fn promised() -> String {
 #[test]
 fn shipped_scenes_have_the_promised_bytes_however_they_are_drawn() {
     let folder = Folder::new();
-    let ran = folder.ok("verify --threads 1,3 --simd all");
+    let ran = folder.ok("verify --threads 1,3 --simd all --tile-size 8,64");
     let printed = String::from_utf8(ran.stdout).unwrap();
     let promised: String = promised().lines().skip(1).map(|line| format!("{line}\n")).collect();
     assert_eq!(printed, promised);
