@@ -74,7 +74,7 @@ fn a_corner_that_is_no_number_drops_its_triangle_and_nothing_else() {
 fn what_a_node_makes_endless_is_dropped_and_nothing_else() {
     let camera = look(DVec3::new(3.0, 4.0, 5.0), DVec3::ZERO, perspective(60.0, 0.1, INF));
     let (expected, _) = draw(&alone(cube(), DAffine3::IDENTITY), &camera, SIZE);
-    assert!(n_shown(&expected) > 300);
+    assert!(n_shown(&expected) > 100);
     for scale in [1e280, 1e308, f64::MAX] {
         let huge = mesh(&[Vec3::MAX, Vec3::MIN, Vec3::new(1e30, -3e38, 2e38)], &[[0, 1, 2]]);
         let place = DAffine3::from_scale(DVec3::splat(scale));

@@ -86,7 +86,7 @@ pub fn ground(ordinary: bool) -> Scene {
 }
 
 /// Needles from 2 px down to 1/180 px wide at the tip (as seen 512 pixels high) and, red, what has
-/// no area at all.
+/// no area at all: one corner twice. (What merely lies on a line may have area after the snap.)
 pub fn no_area(ordinary: bool) -> Scene {
     let mut builder = Builder::new("extreme");
     let blue = double_sided(&mut builder, "blue", [0.1, 0.25, 0.7]);
@@ -101,7 +101,7 @@ pub fn no_area(ordinary: bool) -> Scene {
         needles.positions.extend([Vec3::ZERO, tip - side, tip + side]);
         needles.triangles.push([first, first + 1, first + 2]);
         let off = if ordinary { side } else { Vec3::ZERO };
-        flat.positions.extend([tip * 0.3, tip * 1.05, tip * 0.7 + off]);
+        flat.positions.extend([tip * 0.3, tip * 1.05, tip * 0.3 + off]);
         flat.triangles.push([first, first + 1, first + 2]);
     }
     builder.single("needles", at(0.0, 0.0, -1.0), needles, blue);

@@ -24,7 +24,7 @@ const EXTREMES: [Extreme; 16] = [
     ),
     ("through-the-eye", "a tunnel of strips that begin behind the eye", geometry::through_the_eye),
     ("ground", "one triangle 1e9 wide, all corners outside a far plane at 100", geometry::ground),
-    ("no-area", "needles, and red triangles whose corners lie on a line", geometry::no_area),
+    ("no-area", "needles, and red triangles with one corner twice", geometry::no_area),
     ("huge", "triangles with corners at 1e9 and at 3e38", geometry::huge),
     ("ties", "squares in one plane: the first in the scene is seen", geometry::ties),
     ("narrow", "a field of view of 0.001 degrees", space::narrow),

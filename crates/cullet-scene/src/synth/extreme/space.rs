@@ -26,7 +26,9 @@ pub fn narrow(ordinary: bool) -> Scene {
 /// Boxes side by side in a plane at distance 1; the picture is 23 thousand units high there.
 pub fn wide(ordinary: bool) -> Scene {
     let mut builder = Builder::new("extreme");
-    let (degrees, unit) = if ordinary { (60.0, 1.0 / 19.85) } else { (179.99, 1000.0) };
+    let half_height = |degrees: f64| libm::tan(0.5 * degrees.to_radians());
+    let degrees = if ordinary { 60.0 } else { 179.99 };
+    let unit = 1000.0 * half_height(degrees) / half_height(179.99);
     let colors = [[0.8, 0.2, 0.1], [0.1, 0.5, 0.2], [0.1, 0.3, 0.8], [0.8, 0.7, 0.2]];
     let paints = colors.map(|color| builder.plain("paint", color));
     let shape = builder.mesh("box", cuboid([0.5; 3], 0.0));
