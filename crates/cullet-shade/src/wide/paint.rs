@@ -127,6 +127,9 @@ fn paint_all<S: Simd>(
             paint.place(simd, eight(i), records, colors, &mut stage, i);
         }
         if let Some(Sampled::Wide(sampler)) = &paint.texture {
+            for lod in &mut stage.lod[..n] {
+                *lod = sampler.lod8(simd, f32x8::simd_from(simd, *lod)).into();
+            }
             for i in 0..n {
                 let uv = [f32x8::simd_from(simd, stage.u[i]), f32x8::simd_from(simd, stage.v[i])];
                 let lod = f32x8::simd_from(simd, stage.lod[i]);
@@ -150,6 +153,7 @@ fn paint_all<S: Simd>(
 struct Stage {
     u: [[f32; 8]; EIGHTS],
     v: [[f32; 8]; EIGHTS],
+    /// Footprints, then levels of detail.
     lod: [[f32; 8]; EIGHTS],
     light: [[f32; 8]; EIGHTS],
     /// Vertex colours, red, green and blue.
@@ -210,7 +214,7 @@ impl Paint<'_> {
             match texture {
                 Sampled::Wide(sampler) => {
                     (stage.u[i], stage.v[i]) = (uv[0].into(), uv[1].into());
-                    stage.lod[i] = sampler.lod8(simd, ddx, ddy).into();
+                    stage.lod[i] = sampler.footprint8(ddx, ddy).into();
                 }
                 Sampled::OneByOne(texture, filter) => {
                     stage.texels[i] = one_by_one(

@@ -59,21 +59,29 @@ impl<'a> Sampler<'a> {
         })
     }
 
-    /// Level of detail, in `0..=n_levels - 1`, by the changes of texture coordinates per pixel.
+    /// The squared length in texels of the longer side of a pixel, by the changes of texture
+    /// coordinates per pixel; NaN if either side is.
     #[inline(always)]
-    pub fn lod8<S: Simd>(&self, simd: S, ddx: [f32x8<S>; 2], ddy: [f32x8<S>; 2]) -> f32x8<S> {
+    pub fn footprint8<S: Simd>(&self, ddx: [f32x8<S>; 2], ddy: [f32x8<S>; 2]) -> f32x8<S> {
         let (width, height) = (self.width as f32, self.height as f32);
         let [xu, xv] = [ddx[0] * width, ddx[1] * height];
         let [yu, yv] = [ddy[0] * width, ddy[1] * height];
         let (x2, y2) = (xu * xu + xv * xv, yu * yu + yv * yv);
+        // A comparison with NaN is false: then their sum, which is NaN too.
+        let longer2 = x2.simd_gt(y2).select(x2, x2 + y2);
+        y2.simd_ge(x2).select(y2, longer2)
+    }
+
+    /// Level of detail, in `0..=n_levels - 1`, of a footprint.
+    #[inline(always)]
+    pub fn lod8<S: Simd>(&self, simd: S, longer2: f32x8<S>) -> f32x8<S> {
         let (zero, one) = (f32x8::splat(simd, 0.0), f32x8::splat(simd, 1.0));
         let coarsest = f32x8::splat(simd, self.coarsest);
-        let longer2 = x2.simd_gt(y2).select(x2, y2);
         let lod = log2_8(longer2) * 0.5;
         let lod = lod.simd_lt(coarsest).select(lod, coarsest);
         let lod = longer2.simd_gt(one).select(lod, zero);
-        // Not a number in either axis; infinities have passed, their logarithm is 128.
-        let lod = (x2 + y2).simd_ge(zero).select(lod, coarsest);
+        // Not a number; infinities have passed, their logarithm is 128.
+        let lod = longer2.simd_ge(zero).select(lod, coarsest);
         if self.filter == Filter::Trilinear {
             return lod;
         }
