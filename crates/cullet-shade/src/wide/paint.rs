@@ -24,6 +24,7 @@ pub struct Paint<'a> {
 }
 
 #[derive(Clone, Copy, Debug)]
+#[expect(clippy::large_enum_variant, reason = "made once per block and paint, never boxed")]
 enum Sampled<'a> {
     Wide(Sampler<'a>),
     OneByOne(&'a Texture, Filter),
@@ -240,7 +241,7 @@ impl Paint<'_> {
             stage.light[i] = (cosine * (1.0 - ambient) + ambient).into();
             let squares_are_safe = length2.simd_gt(f32x8::splat(simd, 1e-30))
                 & length2.simd_lt(f32x8::splat(simd, 1e30));
-            good = good & squares_are_safe;
+            good &= squares_are_safe;
         }
         stage.good[i] = good.to_bitmask();
     }
@@ -255,8 +256,8 @@ impl Paint<'_> {
         ];
         if self.texture.is_some() {
             let mut texels = [f32x4::splat(simd, 0.0); 8];
-            for lane in 0..8 {
-                texels[lane] = f32x4::simd_from(simd, stage.texels[i][lane]);
+            for (texel, color) in texels.iter_mut().zip(&stage.texels[i]) {
+                *texel = f32x4::simd_from(simd, *color);
             }
             let [r, g, b, _] = transposed(&texels);
             let step = f32x8::splat(simd, STEP);
