@@ -23,11 +23,11 @@ fn main() {
         "Order of close points through one combined f32 matrix, near .1, distances 1 to 1e4\n"
     );
     println!("{}", orders());
-    if let Some(path) = std::env::args_os().nth(1) {
-        if let Err(error) = std::fs::write(&path, svg(&panels)) {
-            eprintln!("{}: {error}", path.display());
-            std::process::exit(1);
-        }
+    if let Some(path) = std::env::args_os().nth(1)
+        && let Err(error) = std::fs::write(&path, svg(&panels))
+    {
+        eprintln!("{}: {error}", path.display());
+        std::process::exit(1);
     }
 }
 

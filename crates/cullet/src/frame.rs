@@ -159,7 +159,7 @@ pub(crate) struct Target<'a> {
 
 impl<'a> Target<'a> {
     /// What begins some columns to the right.
-    pub(crate) fn from_column(&mut self, column: usize) -> Target<'_> {
+    pub(crate) fn right_of(&mut self, column: usize) -> Target<'_> {
         Target {
             stride: self.stride,
             rgba8: from(self.rgba8, column),

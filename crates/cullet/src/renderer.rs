@@ -169,7 +169,7 @@ fn row_of_tiles(
         let x = left.max(region.x);
         let width = (left + side).min(region.x + region.width) - x;
         let rect = Region { x, y, width, height: band.rows as u32 };
-        let mut target = band.target.from_column((x - region.x) as usize);
+        let mut target = band.target.right_of((x - region.x) as usize);
         let place = [x - left, y - (first[1] + row) * side];
         let passes = drawer.scene.settings.passes;
         let parts = match drawer.samples {

@@ -146,7 +146,8 @@ mod tests {
                 let t = vector() * 0.5 + 0.5;
                 let p = bounds.min + (bounds.max - bounds.min) * t;
                 let clip = ClipPoint::from_model(&clip_from_model, p.clamp(bounds.min, bounds.max));
-                if !(clip.w > 0.0) {
+                let in_front = clip.w > 0.0; // false for NaN
+                if !in_front {
                     assert_eq!(shown, ScreenBox::everywhere(viewport));
                     continue;
                 }
