@@ -219,22 +219,22 @@ fn inside<S: Simd, const BITS: u32>(
     let (reach_x, reach_y) = (*w * placement.guard.x, *w * placement.guard.y);
     let mut inside = zero.simd_ge(zero);
     if asked(Plane::Near) {
-        inside = inside & (*w - *z).simd_ge(zero);
+        inside &= (*w - *z).simd_ge(zero);
     }
     if asked(Plane::Far) {
-        inside = inside & z.simd_ge(zero);
+        inside &= z.simd_ge(zero);
     }
     if asked(Plane::Left) {
-        inside = inside & (*x + reach_x).simd_ge(zero);
+        inside &= (*x + reach_x).simd_ge(zero);
     }
     if asked(Plane::Right) {
-        inside = inside & (reach_x - *x).simd_ge(zero);
+        inside &= (reach_x - *x).simd_ge(zero);
     }
     if asked(Plane::Bottom) {
-        inside = inside & (*y + reach_y).simd_ge(zero);
+        inside &= (*y + reach_y).simd_ge(zero);
     }
     if asked(Plane::Top) {
-        inside = inside & (reach_y - *y).simd_ge(zero);
+        inside &= (reach_y - *y).simd_ge(zero);
     }
     inside
 }

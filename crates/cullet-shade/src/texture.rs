@@ -119,10 +119,9 @@ impl Mips {
         &self.texels
     }
 
-    /// Where the texels of level `i` begin in [`Mips::all_texels`], and how far its rows are
-    /// apart, counted in texels.
-    pub(crate) fn layout(&self, i: usize) -> (usize, usize) {
-        (self.sizes[i].first / 4, row_len(self.sizes[i].width))
+    /// Where the texels of level `i` begin in [`Mips::all_texels`], counted in texels.
+    pub(crate) fn first_texel(&self, i: usize) -> usize {
+        self.sizes[i].first / 4
     }
 }
 

@@ -24,6 +24,7 @@ pub struct Paint<'a> {
 }
 
 #[derive(Clone, Copy, Debug)]
+#[expect(clippy::large_enum_variant, reason = "made once per block and paint, never boxed")]
 enum Sampled<'a> {
     Wide(Sampler<'a>),
     OneByOne(&'a Texture, Filter),
@@ -127,6 +128,9 @@ fn paint_all<S: Simd>(
             paint.place(simd, eight(i), records, colors, &mut stage, i);
         }
         if let Some(Sampled::Wide(sampler)) = &paint.texture {
+            for lod in &mut stage.lod[..n] {
+                *lod = sampler.lod8(simd, f32x8::simd_from(simd, *lod)).into();
+            }
             for i in 0..n {
                 let uv = [f32x8::simd_from(simd, stage.u[i]), f32x8::simd_from(simd, stage.v[i])];
                 let lod = f32x8::simd_from(simd, stage.lod[i]);
@@ -150,6 +154,7 @@ fn paint_all<S: Simd>(
 struct Stage {
     u: [[f32; 8]; EIGHTS],
     v: [[f32; 8]; EIGHTS],
+    /// Footprints, then levels of detail.
     lod: [[f32; 8]; EIGHTS],
     light: [[f32; 8]; EIGHTS],
     /// Vertex colours, red, green and blue.
@@ -210,7 +215,7 @@ impl Paint<'_> {
             match texture {
                 Sampled::Wide(sampler) => {
                     (stage.u[i], stage.v[i]) = (uv[0].into(), uv[1].into());
-                    stage.lod[i] = sampler.lod8(simd, ddx, ddy).into();
+                    stage.lod[i] = sampler.footprint8(ddx, ddy).into();
                 }
                 Sampled::OneByOne(texture, filter) => {
                     stage.texels[i] = one_by_one(
@@ -236,7 +241,7 @@ impl Paint<'_> {
             stage.light[i] = (cosine * (1.0 - ambient) + ambient).into();
             let squares_are_safe = length2.simd_gt(f32x8::splat(simd, 1e-30))
                 & length2.simd_lt(f32x8::splat(simd, 1e30));
-            good = good & squares_are_safe;
+            good &= squares_are_safe;
         }
         stage.good[i] = good.to_bitmask();
     }
@@ -251,8 +256,8 @@ impl Paint<'_> {
         ];
         if self.texture.is_some() {
             let mut texels = [f32x4::splat(simd, 0.0); 8];
-            for lane in 0..8 {
-                texels[lane] = f32x4::simd_from(simd, stage.texels[i][lane]);
+            for (texel, color) in texels.iter_mut().zip(&stage.texels[i]) {
+                *texel = f32x4::simd_from(simd, *color);
             }
             let [r, g, b, _] = transposed(&texels);
             let step = f32x8::splat(simd, STEP);

@@ -80,6 +80,7 @@ fn set_up_all<S: Simd, const BITS: u32>(
     // In stages, each short enough to be well ahead of the memory that it waits for.
     let mut corners = [[0; 3]; CHUNK];
     let mut positions: [Corners4; CHUNK / 4] = [[[[0.0; 4]; 3]; 3]; CHUNK / 4];
+    let (mut uvs, mut normals) = ([[Vec2::ZERO; 3]; CHUNK], [[Vec3::ZERO; 3]; CHUNK]);
     for chunk in wanted.chunks(CHUNK) {
         let n_fours = chunk.len().div_ceil(4);
         for (i, corners) in corners[..4 * n_fours].iter_mut().enumerate() {
@@ -96,11 +97,24 @@ fn set_up_all<S: Simd, const BITS: u32>(
                 four[corner][2][i % 4] = position.z;
             }
         }
+        if let Some(from) = attributes.uvs {
+            for (uvs, [a, b, c]) in uvs.iter_mut().zip(&corners[..chunk.len()]) {
+                *uvs = [from[*a as usize], from[*b as usize], from[*c as usize]];
+            }
+        }
+        if let Some(from) = attributes.normals {
+            for (normals, [a, b, c]) in normals.iter_mut().zip(&corners[..chunk.len()]) {
+                *normals = [from[*a as usize], from[*b as usize], from[*c as usize]];
+            }
+        }
         for (i, four) in chunk.chunks(4).enumerate() {
             let shares = shares4(simd, group.placement, &positions[i], group.block);
             for (lane, &(_, record)) in four.iter().enumerate() {
-                let (corners, record) = (corners[4 * i + lane], record as usize);
-                attributes.set_up(simd, &shares, lane, corners, &mut records[record]);
+                let (place, record) = (4 * i + lane, record as usize);
+                let corners = corners[place];
+                let (uvs, normals) = (uvs[place], normals[place]);
+                let into = &mut records[record];
+                attributes.set_up(simd, &shares, lane, corners, uvs, normals, into);
                 if let Some(values) = attributes.colors {
                     set_up_colors(simd, values, &shares, lane, corners, &mut colors[record]);
                 }
@@ -161,17 +175,20 @@ impl<'a, S: Simd> Attributes<'a, S> {
     }
 
     #[inline(always)]
+    #[expect(clippy::too_many_arguments, reason = "a triangle, taken apart")]
     fn set_up(
         &self,
         simd: S,
         shares: &Shares4,
         lane: usize,
         corners: [u32; 3],
+        uvs: [Vec2; 3],
+        normals: [Vec3; 3],
         record: &mut Record,
     ) {
-        let [a, b, c] = self.uvs(corners);
+        let [a, b, c] = self.uvs(uvs);
         let front = shares.clockwise[lane] == self.mirrored;
-        let [na, nb, nc] = self.normals(simd, corners, front);
+        let [na, nb, nc] = self.normals(simd, normals, front);
         let a = f32x4::simd_from(simd, [1.0, a.x, a.y, 0.0]).combine(na);
         let b = f32x4::simd_from(simd, [1.0, b.x, b.y, 0.0]).combine(nb);
         let c = f32x4::simd_from(simd, [1.0, c.x, c.y, 0.0]).combine(nc);
@@ -188,10 +205,10 @@ impl<'a, S: Simd> Attributes<'a, S> {
 
     /// Texture coordinates of the corners, less whole periods, so that little is lost to f32.
     #[inline(always)]
-    fn uvs(&self, corners: [u32; 3]) -> [Vec2; 3] {
-        let Some(uvs) = self.uvs else { return [Vec2::ZERO; 3] };
-        let [mut a, mut b, mut c] =
-            [uvs[corners[0] as usize], uvs[corners[1] as usize], uvs[corners[2] as usize]];
+    fn uvs(&self, [mut a, mut b, mut c]: [Vec2; 3]) -> [Vec2; 3] {
+        if self.uvs.is_none() {
+            return [Vec2::ZERO; 3];
+        }
         if let Some(t) = &self.transform {
             [a, b, c] = [transformed(t, a), transformed(t, b), transformed(t, c)];
         }
@@ -201,16 +218,14 @@ impl<'a, S: Simd> Attributes<'a, S> {
 
     /// Normals of the corners in world space on the side seen, of any length.
     #[inline(always)]
-    fn normals(&self, simd: S, corners: [u32; 3], front: bool) -> [f32x4<S>; 3] {
-        let Some(normals) = self.normals else { return [f32x4::splat(simd, 0.0); 3] };
+    fn normals(&self, simd: S, [a, b, c]: [Vec3; 3], front: bool) -> [f32x4<S>; 3] {
+        if self.normals.is_none() {
+            return [f32x4::splat(simd, 0.0); 3];
+        }
         let side = if front { 1.0 } else { -1.0 };
         let [x, y, z] = self.normal_world_from_model;
         let m = [x * side, y * side, z * side];
-        [
-            world(m, normals[corners[0] as usize]),
-            world(m, normals[corners[1] as usize]),
-            world(m, normals[corners[2] as usize]),
-        ]
+        [world(m, a), world(m, b), world(m, c)]
     }
 }
 

@@ -23,9 +23,8 @@ const MAX_LEVELS: usize = 32;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sampler<'a> {
     texels: &'a [u16],
-    /// Where each level begins and how far its rows are apart, in texels.
-    first: [i32; MAX_LEVELS],
-    row_len: [i32; MAX_LEVELS],
+    /// Where each level and the next begin, in texels.
+    first: [(i32, i32); MAX_LEVELS],
     width: u32,
     height: u32,
     coarsest: f32,
@@ -42,15 +41,14 @@ impl<'a> Sampler<'a> {
         if filter == Filter::Nearest || texels.len() > i32::MAX as usize {
             return None;
         }
-        let (mut first, mut row_len) = ([0; MAX_LEVELS], [0; MAX_LEVELS]);
-        for level in 0..mips.n_levels().min(MAX_LEVELS) {
-            let layout = mips.layout(level);
-            (first[level], row_len[level]) = (layout.0 as i32, layout.1 as i32);
+        let mut first = [(0, 0); MAX_LEVELS];
+        for (level, first) in first.iter_mut().enumerate() {
+            let begin = |level: usize| mips.first_texel(level.min(mips.n_levels() - 1)) as i32;
+            *first = (begin(level), begin(level + 1));
         }
         Some(Sampler {
             texels,
             first,
-            row_len,
             width: base.width(),
             height: base.height(),
             coarsest: (mips.n_levels() - 1) as f32,
@@ -59,21 +57,29 @@ impl<'a> Sampler<'a> {
         })
     }
 
-    /// Level of detail, in `0..=n_levels - 1`, by the changes of texture coordinates per pixel.
+    /// The squared length in texels of the longer side of a pixel, by the changes of texture
+    /// coordinates per pixel; NaN if either side is.
     #[inline(always)]
-    pub fn lod8<S: Simd>(&self, simd: S, ddx: [f32x8<S>; 2], ddy: [f32x8<S>; 2]) -> f32x8<S> {
+    pub fn footprint8<S: Simd>(&self, ddx: [f32x8<S>; 2], ddy: [f32x8<S>; 2]) -> f32x8<S> {
         let (width, height) = (self.width as f32, self.height as f32);
         let [xu, xv] = [ddx[0] * width, ddx[1] * height];
         let [yu, yv] = [ddy[0] * width, ddy[1] * height];
         let (x2, y2) = (xu * xu + xv * xv, yu * yu + yv * yv);
+        // A comparison with NaN is false: then their sum, which is NaN too.
+        let longer2 = x2.simd_gt(y2).select(x2, x2 + y2);
+        y2.simd_ge(x2).select(y2, longer2)
+    }
+
+    /// Level of detail, in `0..=n_levels - 1`, of a footprint.
+    #[inline(always)]
+    pub fn lod8<S: Simd>(&self, simd: S, longer2: f32x8<S>) -> f32x8<S> {
         let (zero, one) = (f32x8::splat(simd, 0.0), f32x8::splat(simd, 1.0));
         let coarsest = f32x8::splat(simd, self.coarsest);
-        let longer2 = x2.simd_gt(y2).select(x2, y2);
         let lod = log2_8(longer2) * 0.5;
         let lod = lod.simd_lt(coarsest).select(lod, coarsest);
         let lod = longer2.simd_gt(one).select(lod, zero);
-        // Not a number in either axis; infinities have passed, their logarithm is 128.
-        let lod = (x2 + y2).simd_ge(zero).select(lod, coarsest);
+        // Not a number; infinities have passed, their logarithm is 128.
+        let lod = longer2.simd_ge(zero).select(lod, coarsest);
         if self.filter == Filter::Trilinear {
             return lod;
         }
@@ -96,37 +102,39 @@ impl<'a> Sampler<'a> {
         let finer = i32x8::truncate_from(lod);
         let blend = lod - f32x8::float_from(finer);
         let place = [fold8(simd, uv[0], self.wrap[0]), fold8(simd, uv[1], self.wrap[1])];
-        self.find_in(simd, place, finer, &mut taps.fine, eight);
+        let levels: [i32; 8] = finer.into();
+        let (mut first, mut first_coarser) = ([0; 8], [0; 8]);
+        for lane in 0..8 {
+            let level = levels[lane] as usize % MAX_LEVELS;
+            (first[lane], first_coarser[lane]) = self.first[level];
+        }
+        self.find_in(simd, place, finer, first, &mut taps.fine, eight);
         taps.blend[eight] = blend.into();
         if blend.simd_gt(f32x8::splat(simd, 0.0)).any_true() {
             taps.are_fine = false;
         }
-        let last = i32x8::splat(simd, self.coarsest as i32);
-        let coarser = finer + 1;
-        let coarser = coarser.simd_lt(last).select(coarser, last);
-        self.find_in(simd, place, coarser, &mut taps.coarse, eight);
+        // Beyond the coarsest level is that level again.
+        self.find_in(simd, place, finer + 1, first_coarser, &mut taps.coarse, eight);
     }
 
-    /// The four texels around each of eight places, each place in a level of its own.
+    /// The four texels around each of eight places, each place in a level of its own, which
+    /// begins at a texel of its own.
     #[inline(always)]
     fn find_in<S: Simd>(
         &self,
         simd: S,
         place: [f32x8<S>; 2],
         level: i32x8<S>,
+        first: [i32; 8],
         taps: &mut LevelTaps,
         eight: usize,
     ) {
         let (columns, rows) = (side(simd, self.width, level), side(simd, self.height, level));
         let (left, x) = neighbours8(simd, place[0], columns, self.wrap[0]);
         let (upper, y) = neighbours8(simd, place[1], rows, self.wrap[1]);
-        let level: [i32; 8] = level.into();
-        let (mut first, mut row_len) = ([0; 8], [0; 8]);
-        for lane in 0..8 {
-            first[lane] = self.first[level[lane] as usize % MAX_LEVELS];
-            row_len[lane] = self.row_len[level[lane] as usize % MAX_LEVELS];
-        }
-        let row_len = i32x8::simd_from(simd, row_len);
+        // As `texture::row_len` has it: an odd number of cache lines.
+        let lines = ((columns + 8) >> 3) | 1;
+        let row_len = lines << 3;
         let above = i32x8::simd_from(simd, first) + upper * row_len + left;
         taps.above[eight] = above.bitcast::<u32x8<S>>().into();
         taps.below[eight] = (above + row_len).bitcast::<u32x8<S>>().into();
@@ -144,16 +152,16 @@ impl<'a> Sampler<'a> {
         out: &mut [[[f32; 4]; 8]; EIGHTS],
     ) {
         let Taps { fine, coarse, blend, are_fine } = taps;
-        for eight in 0..n.min(EIGHTS) {
+        for (eight, out) in out.iter_mut().enumerate().take(n) {
             if *are_fine {
-                for lane in 0..8 {
+                for (lane, out) in out.iter_mut().enumerate() {
                     let (left, right) = self.rows(simd, fine, eight, lane).split();
                     let color = left + (right - left) * fine.x[eight][lane];
-                    out[eight][lane] = color.into();
+                    *out = color.into();
                 }
                 continue;
             }
-            for lane in 0..8 {
+            for (lane, out) in out.iter_mut().enumerate() {
                 let (fine_left, fine_right) = self.rows(simd, fine, eight, lane).split();
                 let (coarse_left, coarse_right) = self.rows(simd, coarse, eight, lane).split();
                 let left = fine_left.combine(coarse_left);
@@ -162,7 +170,7 @@ impl<'a> Sampler<'a> {
                     .combine(f32x4::splat(simd, coarse.x[eight][lane]));
                 let (fine, coarse) = (left + (right - left) * x).split();
                 let color = fine + (coarse - fine) * blend[eight][lane];
-                out[eight][lane] = color.into();
+                *out = color.into();
             }
         }
     }
