@@ -4,7 +4,7 @@
 use std::hash::{DefaultHasher, Hash, Hasher};
 
 use cullet::cull::wide::levels;
-use cullet::{Camera, CullTest, Prepared, Settings};
+use cullet::{Antialias, Camera, CullTest, Prepared, Settings};
 use cullet_tests::{all_passes, bytes, own_cameras, prepare_synth, render};
 
 /// Several tiles each way, the last ones cut.
@@ -16,12 +16,28 @@ fn hash(prepared: &Prepared, camera: &Camera, settings: &Settings) -> u64 {
     hasher.finish()
 }
 
-/// Ways of culling: with and without the tree.
-fn ways() -> Vec<Settings> {
+/// Ways to go about it: what is culled, how, and in tiles of which size. The plainest first.
+fn ways(antialias: Antialias) -> Vec<Settings> {
     let mut ways = Vec::new();
-    for cull in [CullTest::None, CullTest::Both, CullTest::Sat] {
-        for hierarchy in [false, true] {
-            ways.push(Settings { cull, hierarchy, passes: all_passes(), ..Settings::default() });
+    for (cull, hierarchy) in [
+        (CullTest::None, false),
+        (CullTest::Both, false),
+        (CullTest::Both, true),
+        (CullTest::Sat, true),
+    ] {
+        for occlusion in [false, true] {
+            for tile_px in [256, 64, 24] {
+                let passes = all_passes();
+                ways.push(Settings {
+                    antialias,
+                    cull,
+                    hierarchy,
+                    occlusion,
+                    tile_px,
+                    passes,
+                    ..Settings::default()
+                });
+            }
         }
     }
     ways
@@ -29,16 +45,27 @@ fn ways() -> Vec<Settings> {
 
 #[track_caller]
 fn check(spec: &str) {
+    for antialias in [Antialias::None, Antialias::Msaa4] {
+        check_with(spec, antialias);
+    }
+}
+
+#[track_caller]
+fn check_with(spec: &str, antialias: Antialias) {
     let prepared = prepare_synth(spec);
     let camera = own_cameras(&prepared).swap_remove(0);
-    let ways = ways();
+    let ways = ways(antialias);
     let plain = Settings { threads: 1, ..ways[0] };
     let expected = hash(&prepared, &camera, &plain);
     let empty = Settings { min_size_px: 1e9, ..plain };
     assert_ne!(hash(&prepared, &camera, &empty), expected, "{spec}: nothing to see");
-    for way in ways {
+    // Every number of threads with the defaults; with each other way a quarter of them, in turn.
+    let default = Settings { antialias, passes: all_passes(), ..Settings::default() };
+    let threads = |i: usize| (1..=16).filter(move |threads| threads % 4 == i % 4);
+    let ways = ways.into_iter().enumerate().map(|(i, way)| (way, threads(i).collect::<Vec<_>>()));
+    for (way, threads) in ways.chain([(default, (1..=16).collect())]) {
         for (level, simd) in levels() {
-            for threads in 1..=16 {
+            for &threads in &threads {
                 let settings = Settings { threads, simd, ..way };
                 let same = hash(&prepared, &camera, &settings) == expected;
                 assert!(same, "{spec}: {level}, {settings:?}");

@@ -7,7 +7,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use cullet::{Pass, Passes, Settings, Shading};
+use cullet::{Antialias, Pass, Passes, Settings, Shading};
 use cullet_tests::{own_cameras, prepare_synth, render};
 
 /// The build to look at.
@@ -24,27 +24,31 @@ fn release() -> Option<PathBuf> {
 fn a_release_build_draws_the_same() {
     let Some(cullet) = release() else { return };
     let size = [200, 137];
-    for spec in ["city:2", "masks", "sphere:96"] {
+    let aa = [("none", Antialias::None), ("msaa4", Antialias::Msaa4)];
+    for (spec, (aa, antialias)) in
+        ["city:2", "masks", "sphere:96"].into_iter().flat_map(|spec| aa.map(|aa| (spec, aa)))
+    {
         let prepared = prepare_synth(spec);
         let camera = own_cameras(&prepared).swap_remove(0);
         let passes = Passes::COLOR.with(Pass::Linear);
-        let settings = Settings { shading: Shading::Lambert, passes, ..Settings::default() };
+        let shading = Shading::Lambert;
+        let settings = Settings { shading, passes, antialias, ..Settings::default() };
         let frame = render(&prepared, &camera, size, &settings);
         let floats = frame.linear.iter().flat_map(|color| color.to_array());
         let here: Vec<u8> = floats.flat_map(f32::to_le_bytes).collect();
-        let there = drawn_by(&cullet, spec, size);
+        let there = drawn_by(&cullet, spec, aa, size);
         assert!(here.iter().any(|&byte| byte != 0), "{spec}: nothing to see");
-        assert!(here == there, "{spec}: a release build draws something else");
+        assert!(here == there, "{spec}, {aa}: a release build draws something else");
     }
 }
 
 /// The linear colours that a program draws.
-fn drawn_by(cullet: &Path, spec: &str, [width, height]: [u32; 2]) -> Vec<u8> {
+fn drawn_by(cullet: &Path, spec: &str, aa: &str, [width, height]: [u32; 2]) -> Vec<u8> {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
-    let file = folder.join(format!("release-{}.f32", spec.replace(':', "-")));
+    let file = folder.join(format!("release-{}-{aa}.f32", spec.replace(':', "-")));
     let status = Command::new(cullet)
         .args(["render", &format!("synth:{spec}"), "--camera", "0", "--shading", "lambert"])
-        .args(["--aa", "none", "--size", &format!("{width}x{height}"), "-o"])
+        .args(["--aa", aa, "--size", &format!("{width}x{height}"), "-o"])
         .arg(&file)
         .status()
         .unwrap_or_else(|e| panic!("{}: {e}", cullet.display()));

@@ -3,13 +3,13 @@
 //!
 //! `growth PREFIX [LARGEST]`: writes `PREFIX-pixels.svg`, `-seen.svg`, `-hidden.svg`, `-outside.svg`
 //! and the same as tables in `PREFIX.md`. LARGEST: millions of hidden and outside triangles in the
-//! last step, 100 by default. 1280x720 but for the first; least time of many frames, on one core and on two.
+//! last step, 100 by default. 1280x720 but for the first, one sample per pixel; least time of many frames, on one core and on two.
 
 use std::fmt::Write;
 use std::time::Duration;
 
 use cullet::scene::{Scene, synth};
-use cullet::{Frame, Prepared, Renderer, Settings, View, Viewport, camera_of};
+use cullet::{Antialias, Frame, Prepared, Renderer, Settings, View, Viewport, camera_of};
 use cullet_benches::growing::{hidden, outside, sphere};
 use cullet_benches::plot::{Line, log_log, short};
 use cullet_measure::{Align, Stopwatch, Table};
@@ -85,7 +85,7 @@ fn step(x: f64, prepared: &Prepared, [width, height]: [u32; 2]) -> Step {
     let mut frame = Frame::default();
     let mut result = Step { x, ms: [0.0; 2], drawn: 0, pixels: 0 };
     for (i, threads) in THREADS.into_iter().enumerate() {
-        let settings = Settings { threads, ..Settings::default() };
+        let settings = Settings { threads, antialias: Antialias::None, ..Settings::default() };
         let mut renderer = Renderer::default();
         let watch =
             Stopwatch { at_least: 5, budget: Duration::from_millis(1500), ..Stopwatch::default() };

@@ -1,6 +1,6 @@
 //! Frames of a camera that turns 1 degree per frame, beside those of one that stands still.
 //!
-//! `turning SCENE CAMERA.json [--threads N] [--aa none] [--budget SECONDS]` prints a line of JSON:
+//! `turning SCENE CAMERA.json [--threads N] [--aa none|msaa4] [--budget SECONDS]` prints a line of JSON:
 //! medians and least times in ms. Each renderer keeps its memory, so what one frame may teach the
 //! next can pay. Both are timed in turn. The still camera looks in every direction of the turn as well
 //! (each of its frames is drawn twice and the second one timed), so that both draw the same pictures.
@@ -10,7 +10,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use cullet::scene::{LoadOptions, load};
-use cullet::{Frame, Prepared, Renderer, Settings, View};
+use cullet::{Antialias, Frame, Prepared, Renderer, Settings, View};
 use cullet_benches::camera::CameraFile;
 use cullet_measure::Summary;
 
@@ -28,7 +28,8 @@ fn main() {
             "--threads" => settings.threads = value().parse().expect("a number of threads"),
             "--budget" => budget = Duration::from_secs_f64(value().parse().expect("seconds")),
             "--aa" => match value().as_str() {
-                "none" => {}
+                "none" => settings.antialias = Antialias::None,
+                "msaa4" => settings.antialias = Antialias::Msaa4,
                 other => {
                     eprintln!("no antialiasing `{other}`");
                     std::process::exit(2);
