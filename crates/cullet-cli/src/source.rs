@@ -18,15 +18,45 @@ pub struct Source {
     /// computes a scene (`cullet synth --list` names them)
     #[arg(value_name = "SCENE")]
     pub path: PathBuf,
-    #[command(flatten)]
-    pub limits: LoadOptions,
+    /// Limit for the scene file and all files it names together, in bytes
+    #[arg(long, value_name = "BYTES", default_value_t = LoadOptions::default().max_file_bytes)]
+    #[arg(help_heading = "Limits")]
+    max_file_bytes: u64,
+    /// Limit for all decoded images together, in pixels
+    #[arg(long, value_name = "PIXELS", default_value_t = LoadOptions::default().max_image_pixels)]
+    #[arg(help_heading = "Limits")]
+    max_image_pixels: u64,
+    /// Limit for visited nodes plus the objects made from them
+    #[arg(long, value_name = "COUNT", default_value_t = LoadOptions::default().max_nodes)]
+    #[arg(help_heading = "Limits")]
+    max_nodes: usize,
+    /// Limit for the triangles of all meshes, each mesh counted once
+    #[arg(long, value_name = "COUNT", default_value_t = LoadOptions::default().max_triangles)]
+    #[arg(help_heading = "Limits")]
+    max_triangles: u64,
+    /// Limit for the geometry that is decoded from glTF, in bytes
+    #[arg(long, value_name = "BYTES", default_value_t = LoadOptions::default().max_decoded_bytes)]
+    #[arg(help_heading = "Limits")]
+    max_decoded_bytes: u64,
 }
 
 impl Source {
+    /// The limits as the loader takes them.
+    pub fn limits(&self) -> LoadOptions {
+        LoadOptions {
+            max_file_bytes: self.max_file_bytes,
+            max_image_pixels: self.max_image_pixels,
+            max_nodes: self.max_nodes,
+            max_triangles: self.max_triangles,
+            max_decoded_bytes: self.max_decoded_bytes,
+            ..LoadOptions::default()
+        }
+    }
+
     /// Loads or computes the scene, on `threads` threads (0: one per core); says what took how long.
     pub fn load(&self, threads: usize, images: Images) -> Result<(Scene, LoadTimes), Failure> {
         let _progress = Progress::show("loading");
-        let options = &LoadOptions { images, ..self.limits.clone() };
+        let options = &LoadOptions { images, ..self.limits() };
         if self.path == Path::new("-") {
             // One byte more than allowed is enough to know that it is too much.
             let mut bytes = Vec::new();

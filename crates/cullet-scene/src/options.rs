@@ -4,36 +4,21 @@ use crate::{AlphaMode, Material};
 
 /// What to load and when to stop. All limits are for one whole scene, so that no
 /// arrangement of small parts gets around them.
-///
-/// With the feature `clap` this is a group of command line options, and the words below are their
-/// help.
 #[derive(Clone, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct LoadOptions {
     /// Limit for the scene file and all files it names together, in bytes
-    #[cfg_attr(feature = "clap", arg(long, value_name = "BYTES", help_heading = "Limits"))]
-    #[cfg_attr(feature = "clap", arg(default_value_t = LoadOptions::default().max_file_bytes))]
     pub max_file_bytes: u64,
     /// Limit for all decoded images together, in pixels
-    #[cfg_attr(feature = "clap", arg(long, value_name = "PIXELS", help_heading = "Limits"))]
-    #[cfg_attr(feature = "clap", arg(default_value_t = LoadOptions::default().max_image_pixels))]
     pub max_image_pixels: u64,
     /// Limit for visited nodes plus the objects made from them
-    #[cfg_attr(feature = "clap", arg(long, value_name = "COUNT", help_heading = "Limits"))]
-    #[cfg_attr(feature = "clap", arg(default_value_t = LoadOptions::default().max_nodes))]
     pub max_nodes: usize,
     /// Limit for the triangles of all meshes, each mesh counted once
-    #[cfg_attr(feature = "clap", arg(long, value_name = "COUNT", help_heading = "Limits"))]
-    #[cfg_attr(feature = "clap", arg(default_value_t = LoadOptions::default().max_triangles))]
     pub max_triangles: u64,
     // Triangles and vertices, morph targets and matrices too. What OBJ files hold is at most a few
     // times their own size.
     /// Limit for the geometry that is decoded from glTF, in bytes
-    #[cfg_attr(feature = "clap", arg(long, value_name = "BYTES", help_heading = "Limits"))]
-    #[cfg_attr(feature = "clap", arg(default_value_t = LoadOptions::default().max_decoded_bytes))]
     pub max_decoded_bytes: u64,
     /// Which images to decode. The others stay empty.
-    #[cfg_attr(feature = "clap", arg(skip))]
     pub images: Images,
 }
 

@@ -32,16 +32,42 @@ pub struct Args {
     /// Replay a script instead of opening a window (see below); needs no display
     #[arg(long, value_name = "FILE")]
     pub script: Option<PathBuf>,
-    #[command(flatten)]
-    limits: LoadOptions,
+    /// Limit for the scene file and all files it names together, in bytes
+    #[arg(long, value_name = "BYTES", default_value_t = LoadOptions::default().max_file_bytes)]
+    #[arg(help_heading = "Limits")]
+    max_file_bytes: u64,
+    /// Limit for all decoded images together, in pixels
+    #[arg(long, value_name = "PIXELS", default_value_t = LoadOptions::default().max_image_pixels)]
+    #[arg(help_heading = "Limits")]
+    max_image_pixels: u64,
+    /// Limit for visited nodes plus the objects made from them
+    #[arg(long, value_name = "COUNT", default_value_t = LoadOptions::default().max_nodes)]
+    #[arg(help_heading = "Limits")]
+    max_nodes: usize,
+    /// Limit for the triangles of all meshes, each mesh counted once
+    #[arg(long, value_name = "COUNT", default_value_t = LoadOptions::default().max_triangles)]
+    #[arg(help_heading = "Limits")]
+    max_triangles: u64,
+    /// Limit for the geometry that is decoded from glTF, in bytes
+    #[arg(long, value_name = "BYTES", default_value_t = LoadOptions::default().max_decoded_bytes)]
+    #[arg(help_heading = "Limits")]
+    max_decoded_bytes: u64,
 }
 
 impl Args {
     /// Loads or computes the scene.
     pub fn load(&self) -> Result<Scene, Failure> {
+        let options = LoadOptions {
+            max_file_bytes: self.max_file_bytes,
+            max_image_pixels: self.max_image_pixels,
+            max_nodes: self.max_nodes,
+            max_triangles: self.max_triangles,
+            max_decoded_bytes: self.max_decoded_bytes,
+            ..LoadOptions::default()
+        };
         match self.scene.to_str().and_then(|path| path.strip_prefix("synth:")) {
             Some(spec) => synth(spec).map_err(|error| Failure::new(USAGE, error)),
-            None => Ok(load(&self.scene, &self.limits, 0)?.0),
+            None => Ok(load(&self.scene, &options, 0)?.0),
         }
     }
 

@@ -53,7 +53,7 @@ pub struct Drawn {
 impl Drawn {
     /// Triangles that were transformed.
     pub fn n_triangles(&self) -> u64 {
-        self.frame.triangles.n_in
+        self.frame.triangles.n_in + self.frame.n_triangles_of_culled_clusters
     }
 
     /// The time of the whole frame, ms.

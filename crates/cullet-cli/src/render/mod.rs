@@ -325,7 +325,7 @@ fn settings_json(args: &RenderArgs, camera: &Camera, viewport: Viewport, region:
         value.to_possible_value().map(|value| value.get_name().to_owned())
     }
     let (width, height) = (viewport.width(), viewport.height());
-    let limits = &args.source.limits;
+    let limits = args.source.limits();
     json!({
         "scene": args.source.path.to_string_lossy(),
         "output": args.output.to_string_lossy(),

@@ -58,8 +58,8 @@ struct Parsed {
 }
 
 /// Reads a text that needs no mending, straight into its types. `None`: it does, or is wrong, and
-/// [`mend_and_parse`] says what. That builds a tree of the whole text first and takes three times
-/// as long.
+/// [`mend_and_parse`] says what. That builds a tree of the whole text first, takes longer, and
+/// rounds numbers to f64 on their way to f32, which may cost their last bit.
 fn parse(json: &[u8]) -> Option<Parsed> {
     #[derive(Deserialize)]
     struct Rest {
@@ -339,6 +339,12 @@ mod tests {
         accepts(r#","extensionsRequired":["KHR_mesh_quantization"]"#);
     }
 
+    /// Whether `mended` is `direct` by way of f64, which may cost the last bit, or an integer.
+    fn is_rounded_twice(direct: &str, mended: &str) -> bool {
+        let bits = |word: &str| word.parse::<f32>().ok().map(|number| i64::from(number.to_bits()));
+        matches!((bits(direct), bits(mended)), (Some(a), Some(b)) if (a - b).abs() <= 1)
+    }
+
     /// Plain twin: [`mend_and_parse`].
     #[test]
     fn what_needs_no_mending_reads_the_same_directly() {
@@ -363,9 +369,15 @@ mod tests {
             let mended = mend_and_parse(&text, "t.gltf").unwrap();
             assert_eq!(direct.parent_from_node, mended.parent_from_node);
             assert_eq!(direct.animations, mended.animations);
-            // The numbers in extensions may be written in two ways.
-            let words = |root: &Root| format!("{root:?}").replace("Number(1.0)", "Number(1)");
-            assert!(words(&direct.root) == words(&mended.root));
+            let (direct, mended) = (format!("{:?}", direct.root), format!("{:?}", mended.root));
+            let words = |root: &str| -> Vec<String> {
+                root.split([' ', ',', '(', ')', '[', ']']).map(str::to_owned).collect()
+            };
+            let (direct, mended) = (words(&direct), words(&mended));
+            assert_eq!(direct.len(), mended.len());
+            for (direct, mended) in direct.iter().zip(&mended) {
+                assert!(direct == mended || is_rounded_twice(direct, mended), "{direct} {mended}");
+            }
         }
         for rest in [r#","scenes":[{}]"#, r#","scene":0.0"#, r#","meshes":[{}]"#, r#","a":tru"#] {
             assert!(parse(with(rest).as_bytes()).is_none(), "{rest}");
