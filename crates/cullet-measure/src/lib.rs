@@ -5,7 +5,8 @@
 //! [`Summary`] of seconds. *True*: two [`Picture`]s of one size go in, a number comes out:
 //! [`max_abs`], [`mae`], [`mse`], [`psnr`], [`changed_pixels`], [`split_psnr`], [`ssim`], or
 //! a whole [`ErrorMap`] from [`flip()`], which [`heatmap`] paints. [`ulps`] counts the floats
-//! between two results. [`Table`] prints any of it.
+//! between two results, [`ids_differ_ppm`] the pixels that show another object. [`standings`]
+//! weighs one against the other: which trades nothing beats. [`Table`] prints any of it.
 //!
 //! Values to values: nothing here reads files or prints. Image figures are the same on every
 //! machine: sums run in row order in f64, transcendental functions come from `libm`.
@@ -27,7 +28,9 @@ mod error;
 mod error_map;
 mod flip;
 mod heatmap;
+mod ids;
 mod interleave;
+mod pareto;
 mod picture;
 mod pixelwise;
 mod ssim;
@@ -41,7 +44,9 @@ pub use error::MeasureError;
 pub use error_map::ErrorMap;
 pub use flip::{PIXELS_PER_DEGREE, flip};
 pub use heatmap::{heat_color, heatmap};
+pub use ids::{ids_differ_ppm, relative_quantile};
 pub use interleave::{Comparison, Rounds};
+pub use pareto::{Standing, Trade, dominated_by, standings};
 pub use picture::{Picture, Sample};
 pub use pixelwise::{changed_pixels, mae, max_abs, mse, psnr};
 pub use ssim::ssim;

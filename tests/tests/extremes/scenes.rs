@@ -63,9 +63,12 @@ fn however_an_extreme_is_drawn_its_bytes_are_the_same() {
 /// The ray caster, which knows neither clipping nor guard bands, sees the same objects, but for a
 /// pixel here and there on an edge: 36 at most, in `huge`, where all edges are clipped and none is
 /// snapped, so that both decide within .004 px of them.
+///
+/// Not where depths tie on purpose: there the rasterizer goes by codes and the lowest number, which
+/// other tests hold it to, and the ray caster by what is left of a distance in f64.
 #[test]
 fn the_ray_caster_sees_the_same_extremes() {
-    for (name, _) in EXTREMES {
+    for (name, _) in EXTREMES.iter().filter(|(name, _)| !["ties", "depth"].contains(name)) {
         let prepared = prepare_synth(&format!("extreme:{name}"));
         let raster = with(&prepared, &settings());
         let renderer = RendererKind::Raycast { snapped: true };
