@@ -15,7 +15,7 @@ use crate::fill::{KeepSample, TileDepth, TileTriangle, fill, fill_blocks, fill_p
 use crate::fixed::Fixed;
 use crate::placed::{Lens, Placed};
 use crate::samples::{Offset, Samples};
-use crate::setup::{Facing, Outcome, ScreenTriangle, SetupCounters, doubled_area, finish, whole};
+use crate::setup::{Facing, ScreenTriangle, SetupCounters, doubled_area, finish, whole};
 use crate::tile::{BLOCK, TileBuffer, TileRect};
 
 /// Subpixel bits of the fast path.
@@ -272,15 +272,7 @@ impl<const N: usize> Job<'_, '_, N> {
             let polygon = self.lens.guard.clip(Polygon::triangle(&points), cuts);
             finish::<BITS>(self.lens.viewport, polygon.corners(), facing, id, out)
         };
-        match outcome {
-            Outcome::Drawn => {
-                counters.n_drawn += 1;
-                counters.n_clipped += u64::from(!cuts.is_empty());
-            }
-            Outcome::Outside => counters.n_outside += 1,
-            Outcome::ZeroArea => counters.n_zero_area += 1,
-            Outcome::FacingAway => counters.n_facing_away += 1,
-        }
+        counters.count(outcome, !cuts.is_empty());
     }
 
     #[inline(always)]

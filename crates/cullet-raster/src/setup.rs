@@ -118,6 +118,21 @@ pub struct SetupCounters {
     pub n_drawn: u64,
 }
 
+impl SetupCounters {
+    /// Counts what became of a finite triangle, and whether it was clipped.
+    pub(crate) fn count(&mut self, outcome: Outcome, clipped: bool) {
+        match outcome {
+            Outcome::Drawn => {
+                self.n_drawn += 1;
+                self.n_clipped += u64::from(clipped);
+            }
+            Outcome::Outside => self.n_outside += 1,
+            Outcome::ZeroArea => self.n_zero_area += 1,
+            Outcome::FacingAway => self.n_facing_away += 1,
+        }
+    }
+}
+
 impl core::ops::AddAssign for SetupCounters {
     fn add_assign(&mut self, other: Self) {
         self.n_in += other.n_in;
@@ -155,15 +170,7 @@ pub fn set_up<const BITS: u32>(
             counters.n_not_finite += 1;
             continue;
         };
-        match outcome {
-            Outcome::Drawn => {
-                counters.n_drawn += 1;
-                counters.n_clipped += u64::from(!cuts.is_empty());
-            }
-            Outcome::Outside => counters.n_outside += 1,
-            Outcome::ZeroArea => counters.n_zero_area += 1,
-            Outcome::FacingAway => counters.n_facing_away += 1,
-        }
+        counters.count(outcome, !cuts.is_empty());
     }
     counters
 }
