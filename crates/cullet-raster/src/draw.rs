@@ -1,278 +1,193 @@
-//! A cluster of triangles into a tile: place its vertices, set triangles up eight at a time, fill.
+//! An assembled cluster into a tile: find its triangles there, set them up eight at a time, fill.
 //!
-//! The fast path of [`crate::set_up`] and [`crate::cover`], with the same result to the last bit.
-//! Eight triangles at once decide area, facing, and whether there is a sample between their
-//! borders; what is left is filled one by one. The few that are clipped, or larger than 64 px,
-//! take the plain set-up and come back as screen triangles.
+//! With [`Assembly`] the fast path of [`crate::set_up`] and [`crate::cover`], with the same result
+//! to the last bit.
 
-use cullet_transform::{ClipPoint, PlaneMask, Viewport};
 use fearless_simd::{Level, Simd, dispatch, i32x8, mask32x8, prelude::*};
-use glam::{DMat4, DVec3};
 
-use crate::clip::{GuardBand, Polygon};
+use crate::assembly::{Assembly, BITS, MAX_TRIANGLES, load};
 use crate::depth::ReversedF32;
 use crate::fill::{KeepSample, TileDepth, TileTriangle, fill, fill_blocks, fill_plain};
 use crate::fixed::Fixed;
-use crate::placed::{Lens, Placed};
 use crate::samples::{Offset, Samples};
-use crate::setup::{Facing, ScreenTriangle, SetupCounters, doubled_area, finish, whole};
+use crate::setup::{ScreenTriangle, doubled_area};
+use crate::small::{SMALL, Small};
 use crate::tile::{BLOCK, TileBuffer, TileRect};
 
-/// Subpixel bits of the fast path.
-const BITS: u32 = 8;
-
-/// Triangles of an object that lie together, with vertices of their own.
-#[derive(Clone, Copy, Debug)]
-pub struct Cluster<'a> {
-    /// Model-space x, y and z of the vertices, as many values each: whole groups of eight, the last
-    /// filled up with any, at most [`MAX_VERTICES`](crate::MAX_VERTICES).
-    pub positions: [&'a [f32]; 3],
-    /// Corners of the triangles, indices into the vertices; the fourth number has no meaning.
-    pub corners: &'a [[u8; 4]],
-    /// What to add to the object's first id to have each triangle's.
-    pub ids: &'a [u32],
-}
-
-/// What the triangles of an object share in a view.
-#[derive(Clone, Copy, Debug)]
-pub struct Object {
-    /// Model to clip space.
-    pub clip_from_model: DMat4,
-    /// The picture.
-    pub viewport: Viewport,
-    /// Planes that may cut the object; others are not tested.
-    pub planes: PlaneMask,
-    /// Which side is drawn.
-    pub facing: Facing,
-    /// Id of the object's first triangle.
-    pub first_id: u32,
-}
-
-/// Memory for drawing.
-#[derive(Debug, Default)]
-pub struct DrawScratch {
-    placed: Placed,
-    clipped: Vec<ScreenTriangle>,
-}
-
-/// What drawing did.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Drawn {
-    /// What became of the triangles. The same for every tile a cluster is drawn into.
-    pub triangles: SetupCounters,
-    /// Samples won, later losers included.
-    pub samples: u64,
-}
-
-/// Draws `cluster` into `tile`. `keep` is asked per sample where the material has holes. The
-/// picture does not depend on the order of calls, nor on `level`.
+/// Draws `assembly` into `tile`. `keep` is asked per sample where the material has holes. Returns
+/// how many samples were won, later losers included. The picture does not depend on the order of
+/// calls, nor on `level`.
 pub fn draw(
     level: Level,
     tile: &mut TileBuffer,
-    scratch: &mut DrawScratch,
-    cluster: &Cluster<'_>,
-    object: &Object,
+    assembly: &Assembly,
     keep: Option<&mut KeepSample<'_>>,
-) -> Drawn {
+) -> u64 {
     // One copy of the wide code per number of samples.
     match tile.samples() {
-        Samples::One => draw_any::<1>(level, tile, scratch, cluster, object, keep),
-        Samples::Two => draw_any::<2>(level, tile, scratch, cluster, object, keep),
-        Samples::Four => draw_any::<4>(level, tile, scratch, cluster, object, keep),
-        Samples::Eight => draw_any::<8>(level, tile, scratch, cluster, object, keep),
+        Samples::One => draw_any::<1>(level, tile, assembly, keep),
+        Samples::Two => draw_any::<2>(level, tile, assembly, keep),
+        Samples::Four => draw_any::<4>(level, tile, assembly, keep),
+        Samples::Eight => draw_any::<8>(level, tile, assembly, keep),
     }
 }
 
 fn draw_any<const N: usize>(
     level: Level,
     tile: &mut TileBuffer,
-    scratch: &mut DrawScratch,
-    cluster: &Cluster<'_>,
-    object: &Object,
+    assembly: &Assembly,
     keep: Option<&mut KeepSample<'_>>,
-) -> Drawn {
-    let lens = Lens {
-        clip_from_model: object.clip_from_model,
-        viewport: object.viewport,
-        planes: object.planes,
-        guard: GuardBand::new(object.viewport, BITS),
-    };
+) -> u64 {
     let mut offsets = [[0; 2]; N];
     offsets.copy_from_slice(tile.samples().offsets());
-    let mut job =
-        Job { tile, cluster, object, lens, offsets, scratch, keep, drawn: Drawn::default() };
+    let mut job = Job { tile, assembly, offsets, keep, n_won: 0 };
     dispatch!(level, simd => job.run(simd));
-    job.drawn
+    job.n_won
 }
 
 struct Job<'j, 'k, const N: usize> {
     tile: &'j mut TileBuffer,
-    cluster: &'j Cluster<'j>,
-    object: &'j Object,
-    lens: Lens,
+    assembly: &'j Assembly,
     offsets: [Offset; N],
-    scratch: &'j mut DrawScratch,
     keep: Option<&'j mut KeepSample<'k>>,
-    drawn: Drawn,
+    n_won: u64,
 }
 
-/// Spans from which on products of differences might leave 32 bits.
-const LARGE: i32 = 1 << 14;
+/// Pixels of eight triangles in a tile whose samples may lie between their borders: the first ones
+/// and those after the last.
+struct Boxes<S: Simd> {
+    x: [i32x8<S>; 2],
+    y: [i32x8<S>; 2],
+}
 
 impl<const N: usize> Job<'_, '_, N> {
     #[inline(always)]
     fn run<S: Simd>(&mut self, simd: S) {
-        self.scratch.placed.place::<S, BITS>(simd, &self.lens, self.cluster.positions);
-        let n = self.cluster.corners.len();
-        self.drawn.triangles.n_in = n as u64;
+        let mut here = [0u8; MAX_TRIANGLES + 8];
+        let mut n = 0;
+        for first in (0..self.assembly.n).step_by(8) {
+            let [left, right, upper, lower] = &self.assembly.borders;
+            let boxes = self.boxes(
+                i32x8::from_slice(simd, &left[first..first + 8]),
+                i32x8::from_slice(simd, &right[first..first + 8]),
+                i32x8::from_slice(simd, &upper[first..first + 8]),
+                i32x8::from_slice(simd, &lower[first..first + 8]),
+            );
+            let [start_x, end_x] = boxes.x;
+            let [start_y, end_y] = boxes.y;
+            let mut holds = (start_x.simd_lt(end_x) & start_y.simd_lt(end_y)).to_bitmask();
+            while holds != 0 {
+                here[n] = first as u8 + holds.trailing_zeros() as u8;
+                n += 1;
+                holds &= holds - 1;
+            }
+        }
         for first in (0..n).step_by(8) {
-            self.eight(simd, first, (n - first).min(8));
+            let eight = here[first..].first_chunk().expect("a margin of eight");
+            self.eight(simd, eight, (n - first).min(8));
+        }
+        for piece in &self.assembly.pieces {
+            self.screen_triangle(simd, piece);
         }
     }
 
+    /// Boxes between borders, cut to the tile.
     #[inline(always)]
-    fn corners(&self, triangle: usize) -> [usize; 3] {
-        // No `map`: its closures would not be compiled for the instruction set.
-        let [a, b, c, _] = self.cluster.corners[triangle];
-        [a as usize, b as usize, c as usize]
+    fn boxes<S: Simd>(
+        &self,
+        left: i32x8<S>,
+        right: i32x8<S>,
+        upper: i32x8<S>,
+        lower: i32x8<S>,
+    ) -> Boxes<S> {
+        let reach = 16 * self.tile.samples().reach();
+        let side = self.tile.side() as i32;
+        let [x, y] = self.tile.origin();
+        let start_x = ((left + (127 - reach)) >> 8) - x;
+        let start_y = ((upper + (127 - reach)) >> 8) - y;
+        let end_x = ((right + (reach - 128)) >> 8) + (1 - x);
+        let end_y = ((lower + (reach - 128)) >> 8) + (1 - y);
+        Boxes { x: [start_x.max(0), end_x.min(side)], y: [start_y.max(0), end_y.min(side)] }
     }
 
-    /// Triangles `first..first + n`.
+    /// The first `n` of eight triangles that have a box here.
     #[inline(always)]
-    fn eight<S: Simd>(&mut self, simd: S, first: usize, n: usize) {
-        let placed = &self.scratch.placed;
+    fn eight<S: Simd>(&mut self, simd: S, triangles: &[u8; 8], n: usize) {
+        let assembly = self.assembly;
+        let placed = &assembly.placed;
         let (mut x, mut y) = ([[0; 8]; 3], [[0; 8]; 3]);
-        let mut plain = 0xffu64 >> (8 - n);
-        for lane in 0..n {
-            let [a, b, c] = self.corners(first + lane);
+        let mut depth = [[0.0; 8]; 3];
+        let mut id = [0; 8];
+        for lane in 0..8 {
+            let triangle = triangles[lane] as usize % MAX_TRIANGLES;
+            let [a, b, c, _] = assembly.corners[triangle];
+            let [a, b, c] = [a as usize, b as usize, c as usize];
             (x[0][lane], x[1][lane], x[2][lane]) = (placed.x[a], placed.x[b], placed.x[c]);
             (y[0][lane], y[1][lane], y[2][lane]) = (placed.y[a], placed.y[b], placed.y[c]);
-        }
-        if placed.special {
-            for lane in 0..n {
-                let [a, b, c] = self.corners(first + lane);
-                let placed = &self.scratch.placed;
-                if placed.outside[a] & placed.outside[b] & placed.outside[c] != 0 {
-                    self.drawn.triangles.n_outside += 1;
-                    plain &= !(1 << lane);
-                } else if placed.cuts[a] | placed.cuts[b] | placed.cuts[c] != 0 {
-                    self.one(simd, first + lane);
-                    plain &= !(1 << lane);
-                }
-            }
+            (depth[0][lane], depth[1][lane], depth[2][lane]) =
+                (placed.depth[a], placed.depth[b], placed.depth[c]);
+            id[lane] = assembly.ids[triangle];
         }
         let [ax, bx, cx] = load(simd, x);
         let [ay, by, cy] = load(simd, y);
-        let (min_x, max_x) = (ax.min(bx).min(cx), ax.max(bx).max(cx));
-        let (min_y, max_y) = (ay.min(by).min(cy), ay.max(by).max(cy));
-        let span = (max_x - min_x) | (max_y - min_y);
-        let large = span.simd_ge(LARGE).to_bitmask() & plain;
-        plain &= !large;
+        let boxes = self.boxes(
+            ax.min(bx).min(cx),
+            ax.max(bx).max(cx),
+            ay.min(by).min(cy),
+            ay.max(by).max(cy),
+        );
+        let ([start_x, end_x], [start_y, end_y]) = (boxes.x, boxes.y);
         let area = (bx - ax) * (cy - ay) - (cx - ax) * (by - ay);
-        let clockwise = area.simd_gt(0);
-        let drawn = clockwise.to_bitmask() & plain;
-        let zero = area.simd_eq(0).to_bitmask() & plain;
-        let other = plain & !drawn & !zero;
-        let (drawn, away) = match self.object.facing {
-            Facing::Both => (drawn | other, 0),
-            Facing::CounterClockwise => (other, drawn),
-            Facing::Clockwise => (drawn, other),
-        };
-        let counters = &mut self.drawn.triangles;
-        counters.n_zero_area += u64::from(zero.count_ones());
-        counters.n_facing_away += u64::from(away.count_ones());
-        counters.n_drawn += u64::from(drawn.count_ones());
-
-        // Pixels whose samples may lie between the borders, cut to the tile.
-        let reach = 16 * self.tile.samples().reach();
-        let side = i32x8::splat(simd, self.tile.side() as i32);
-        let none = i32x8::splat(simd, 0);
         let [left, top] = self.tile.origin();
-        let start_x = (((min_x + (127 - reach)) >> 8) - left).max(none);
-        let start_y = (((min_y + (127 - reach)) >> 8) - top).max(none);
-        let end_x = (((max_x + (reach - 128)) >> 8) + (1 - left)).min(side);
-        let end_y = (((max_y + (reach - 128)) >> 8) + (1 - top)).min(side);
-        let holds = start_x.simd_lt(end_x) & start_y.simd_lt(end_y);
-        let mut todo = holds.to_bitmask() & drawn;
-        if todo != 0 {
-            // Corners turned so that all run clockwise.
-            let (bx, cx) = (clockwise.select(bx, cx), clockwise.select(cx, bx));
-            let (by, cy) = (clockwise.select(by, cy), clockwise.select(cy, by));
-            let (px, py) = (((start_x + left) << 8) + 128, ((start_y + top) << 8) + 128);
-            let edges = [
-                edge(simd, bx, by, cx, cy, px, py),
-                edge(simd, cx, cy, ax, ay, px, py),
-                edge(simd, ax, ay, bx, by, px, py),
-            ];
-            let eight = Eight {
-                x: [start_x.into(), end_x.into()],
-                y: [start_y.into(), end_y.into()],
-                value: [edges[0].value.into(), edges[1].value.into(), edges[2].value.into()],
-                rest: [edges[0].rest.into(), edges[1].rest.into(), edges[2].rest.into()],
-                left: [edges[0].drop.into(), edges[1].drop.into(), edges[2].drop.into()],
-                down: [edges[0].run.into(), edges[1].run.into(), edges[2].run.into()],
+        let (px, py) = (((start_x + left) << 8) + 128, ((start_y + top) << 8) + 128);
+        let edges = [
+            edge(simd, bx, by, cx, cy, px, py),
+            edge(simd, cx, cy, ax, ay, px, py),
+            edge(simd, ax, ay, bx, by, px, py),
+        ];
+        let (width, height) = (end_x - start_x, end_y - start_y);
+        let mut todo = 0xffu64 >> (8 - n);
+        let small = width.max(height).simd_le(SMALL).to_bitmask() & todo;
+        if self.keep.is_none() && small & small.wrapping_sub(1) != 0 {
+            todo &= !small;
+            let small8 = Small {
+                x: start_x,
+                y: start_y,
+                width,
+                height,
+                value: [edges[0].value, edges[1].value, edges[2].value],
+                rest: [edges[0].rest, edges[1].rest, edges[2].rest],
+                left: [edges[0].drop, edges[1].drop, edges[2].drop],
+                down: [edges[0].run, edges[1].run, edges[2].run],
                 area: area.into(),
-                corner: [ax.into(), ay.into()],
+                corner: [ax, ay],
+                depth,
+                id,
             };
-            while todo != 0 {
-                let lane = todo.trailing_zeros() as usize;
-                todo &= todo - 1;
-                let [a, b, c] = self.corners(first + lane);
-                let depth = &self.scratch.placed.depth;
-                let id = self.object.first_id + self.cluster.ids[first + lane];
-                let triangle = eight.triangle(lane, id, [depth[a], depth[b], depth[c]]);
-                let keep = self.keep.as_deref_mut();
-                let won = fill(simd, self.tile, &triangle, &self.offsets, keep);
-                self.drawn.samples += u64::from(won);
-            }
+            self.n_won += u64::from(small8.fill(simd, self.tile, &self.offsets, small));
         }
-        let mut large = large;
-        while large != 0 {
-            self.one(simd, first + large.trailing_zeros() as usize);
-            large &= large - 1;
+        if todo == 0 {
+            return;
         }
-    }
-
-    /// A triangle that is clipped or large: plain set-up, then its pieces.
-    #[inline(always)]
-    fn one<S: Simd>(&mut self, simd: S, index: usize) {
-        let mut pieces = core::mem::take(&mut self.scratch.clipped);
-        pieces.clear();
-        self.set_up_one(index, &mut pieces);
-        for piece in &pieces {
-            self.screen_triangle(simd, piece);
-        }
-        self.scratch.clipped = pieces;
-    }
-
-    /// [`crate::set_up`] for one triangle that is not outside.
-    #[inline(never)]
-    fn set_up_one(&mut self, index: usize, out: &mut Vec<ScreenTriangle>) {
-        let [x, y, z] = self.cluster.positions;
-        let [a, b, c] = self.corners(index);
-        let id = self.object.first_id + self.cluster.ids[index];
-        let facing = self.object.facing;
-        let point = |i: usize| {
-            let point = DVec3::new(x[i].into(), y[i].into(), z[i].into());
-            ClipPoint::from_model(&self.lens.clip_from_model, point)
+        let eight = Eight {
+            x: [start_x.into(), end_x.into()],
+            y: [start_y.into(), end_y.into()],
+            value: [edges[0].value.into(), edges[1].value.into(), edges[2].value.into()],
+            rest: [edges[0].rest.into(), edges[1].rest.into(), edges[2].rest.into()],
+            left: [edges[0].drop.into(), edges[1].drop.into(), edges[2].drop.into()],
+            down: [edges[0].run.into(), edges[1].run.into(), edges[2].run.into()],
+            area: area.into(),
+            corner: [ax.into(), ay.into()],
         };
-        let placed = &self.scratch.placed;
-        let cuts = PlaneMask::from_bits(placed.cuts[a] | placed.cuts[b] | placed.cuts[c]);
-        let counters = &mut self.drawn.triangles;
-        let outcome = if cuts.is_empty() {
-            let at = |i: usize| Fixed { x: placed.x[i].into(), y: placed.y[i].into() };
-            let depth = [placed.depth[a], placed.depth[b], placed.depth[c]];
-            whole([at(a), at(b), at(c)], depth, facing, id, out)
-        } else {
-            let points = [point(a), point(b), point(c)];
-            if !points.iter().all(ClipPoint::is_finite) {
-                counters.n_not_finite += 1;
-                return;
-            }
-            let polygon = self.lens.guard.clip(Polygon::triangle(&points), cuts);
-            finish::<BITS>(self.lens.viewport, polygon.corners(), facing, id, out)
-        };
-        counters.count(outcome, !cuts.is_empty());
+        while todo != 0 {
+            let lane = todo.trailing_zeros() as usize;
+            todo &= todo - 1;
+            let depth = [depth[0][lane], depth[1][lane], depth[2][lane]];
+            let triangle = eight.triangle(lane, id[lane], depth);
+            let keep = self.keep.as_deref_mut();
+            let won = fill(simd, self.tile, &triangle, &self.offsets, keep);
+            self.n_won += u64::from(won);
+        }
     }
 
     #[inline(always)]
@@ -285,13 +200,8 @@ impl<const N: usize> Job<'_, '_, N> {
                 fill_plain::<ReversedF32, BITS>(self.tile, triangle, rect, keep)
             }
         };
-        self.drawn.samples += u64::from(won);
+        self.n_won += u64::from(won);
     }
-}
-
-#[inline(always)]
-fn load<S: Simd>(simd: S, [a, b, c]: [[i32; 8]; 3]) -> [i32x8<S>; 3] {
-    [i32x8::simd_from(simd, a), i32x8::simd_from(simd, b), i32x8::simd_from(simd, c)]
 }
 
 /// An edge of eight triangles.
@@ -333,13 +243,11 @@ struct Eight {
 }
 
 impl Eight {
-    /// The triangle in `lane`; `depth` in the order of the mesh.
+    /// The triangle in `lane`, with the depth of its corners.
     #[inline(always)]
     fn triangle(&self, lane: usize, id: u32, depth: [f64; 3]) -> TileTriangle {
         let (left, down) = (lane_of(&self.left, lane), lane_of(&self.down, lane));
         let area = self.area[lane];
-        let [a, b, c] = depth;
-        let depth = if area > 0 { [a, b, c] } else { [a, c, b] };
         let corner = [i64::from(self.corner[0][lane]), i64::from(self.corner[1][lane])];
         TileTriangle {
             id,
@@ -355,7 +263,7 @@ impl Eight {
                 depth,
                 [left[0].into(), left[1].into(), left[2].into()],
                 [down[0].into(), down[1].into(), down[2].into()],
-                f64::from(area.wrapping_abs()),
+                f64::from(area),
                 corner,
             ),
         }
@@ -483,8 +391,12 @@ fn in_tile(tile: &TileBuffer, triangle: &ScreenTriangle) -> Place {
 
 #[cfg(test)]
 mod tests {
+    use cullet_transform::{ClipPoint, PlaneMask, Viewport};
+    use glam::{DMat4, DVec3};
+
     use super::*;
-    use crate::setup::Vertex;
+    use crate::assembly::{Cluster, Object};
+    use crate::setup::{Facing, SetupCounters, Vertex};
     use crate::testing::levels;
     use crate::tile::CENTRE_COVERED;
 
@@ -622,15 +534,16 @@ mod tests {
             let side = [32, 64, 128][round / 3 % 3];
             let (planes, counters) = expected(&case, samples);
             for level in levels() {
-                let (mut tile, mut scratch) = (TileBuffer::default(), DrawScratch::default());
+                let (mut tile, mut assembly) = (TileBuffer::default(), Assembly::default());
+                let [x, y, z] = &case.positions;
+                let cluster =
+                    Cluster { positions: [x, y, z], corners: &case.corners, ids: &case.ids };
+                assembly.assemble(level, &cluster, &case.object);
+                assert_eq!(assembly.counters(), counters);
                 let starts = || (0..SIZE).step_by(side);
                 for (left, top) in starts().flat_map(|y| starts().map(move |x| (x, y))) {
                     tile.begin([left, top], side, samples);
-                    let [x, y, z] = &case.positions;
-                    let cluster =
-                        Cluster { positions: [x, y, z], corners: &case.corners, ids: &case.ids };
-                    let drawn = draw(level, &mut tile, &mut scratch, &cluster, &case.object, None);
-                    assert_eq!(drawn.triangles, counters);
+                    draw(level, &mut tile, &assembly, None);
                     for (sample, plane) in planes.iter().enumerate() {
                         let (rows, columns) = (
                             (side as u32).min(SIZE - top) as usize,
@@ -660,13 +573,14 @@ mod tests {
         let cluster = Cluster { positions: [x, y, z], corners: &case.corners, ids: &case.ids };
         let mut pictures = Vec::new();
         for level in levels() {
-            let (mut tile, mut scratch) = (TileBuffer::default(), DrawScratch::default());
+            let (mut tile, mut assembly) = (TileBuffer::default(), Assembly::default());
+            assembly.assemble(level, &cluster, &case.object);
             tile.begin([64, 64], 64, Samples::Four);
             let keep = &mut |_: u32, [x, y]: [i32; 2]| {
                 assert!(x >= 16 * 64 && y >= 16 * 64);
                 (x / 16 + y / 16) % 2 == 0
             };
-            draw(level, &mut tile, &mut scratch, &cluster, &case.object, Some(keep));
+            draw(level, &mut tile, &assembly, Some(keep));
             for (sample, row) in (0..4).flat_map(|sample| (0..64).map(move |row| (sample, row))) {
                 for (column, &id) in tile.ids(sample, row).iter().enumerate() {
                     assert!(id == crate::NO_TRIANGLE || (column + row) % 2 == 0);

@@ -46,14 +46,25 @@ pub(crate) struct TileDepth {
 }
 
 impl TileDepth {
-    /// Reversed depth at a point of the picture, pixels; centres have whole numbers here.
+    /// The plane at a point of the picture, pixels; centres have whole numbers here.
     #[inline(always)]
-    fn key(&self, x: f64, y: f64) -> i32 {
+    fn at(&self, x: f64, y: f64) -> f64 {
         let row = self.depth + self.ddy * (y - self.origin[1]);
-        let depth = row + self.ddx * (x - self.origin[0]);
+        row + self.ddx * (x - self.origin[0])
+    }
+
+    /// The key of a depth.
+    #[inline(always)]
+    fn clamped(&self, depth: f64) -> i32 {
         let depth = if depth < self.low { self.low } else { depth };
         let depth = if depth > self.high { self.high } else { depth };
         reversed_key(depth as f32)
+    }
+
+    /// Whether all depths between these are those of the triangle already.
+    #[inline(always)]
+    fn needs_no_clamp(&self, farthest: f64, nearest: f64) -> bool {
+        farthest >= self.low && nearest <= self.high
     }
 }
 
@@ -94,6 +105,10 @@ pub(crate) fn fill_blocks<S: Simd, const N: usize>(
     let TileTriangle { rect, .. } = *triangle;
     let per_row = tile.side() / BLOCK;
     let reach = f64::from(tile.samples().reach()) / 16.0;
+    let [_, nearest] = range(tile, triangle, rect.x, rect.y, reach);
+    if tile.hides_wide(simd, rect, triangle.depth.clamped(nearest)) {
+        return 0;
+    }
     let mut written = 0;
     let mut x = rect.x[0] / BLOCK * BLOCK;
     while x < rect.x[1] {
@@ -107,14 +122,17 @@ pub(crate) fn fill_blocks<S: Simd, const N: usize>(
                 continue;
             }
             let block = rows[0] / BLOCK * per_row + x / BLOCK;
-            let nearest = nearest(tile, triangle, x, rows, reach);
-            if nearest < tile.farthest_of(simd, block) {
+            let [farthest, nearest] = range(tile, triangle, [x, x + 8], rows, reach);
+            if tile.block_hides(simd, block, triangle.depth.clamped(nearest)) {
                 continue;
             }
             tile.touch(TileRect { x: [x, x + 1], y: rows });
-            written += match column.fills(triangle, rows) {
-                true => column.rows::<false>(simd, tile, triangle, rows, keep.as_deref_mut()),
-                false => column.rows::<true>(simd, tile, triangle, rows, keep.as_deref_mut()),
+            let keep = keep.as_deref_mut();
+            let is_whole =
+                column.fills(triangle, rows) && triangle.depth.needs_no_clamp(farthest, nearest);
+            written += match is_whole {
+                true => column.rows::<false>(simd, tile, triangle, rows, keep),
+                false => column.rows::<true>(simd, tile, triangle, rows, keep),
             };
         }
         x += 8;
@@ -122,22 +140,25 @@ pub(crate) fn fill_blocks<S: Simd, const N: usize>(
     written
 }
 
-/// The nearest key that the triangle can have in eight columns of some rows: rounding keeps the
-/// order of depths along x and along y, so it is found at a corner.
+/// The least and the greatest depth, before clamping, that the triangle's plane can have in some columns
+/// and rows: rounding keeps the order of depths along x and along y, so they are found at corners.
 #[inline(always)]
-fn nearest(
+fn range(
     tile: &TileBuffer,
     triangle: &TileTriangle,
-    x: usize,
+    columns: [usize; 2],
     rows: [usize; 2],
     reach: f64,
-) -> i32 {
+) -> [f64; 2] {
     let TileDepth { ddx, ddy, .. } = triangle.depth;
     let [left, top] = tile.origin();
-    let x = f64::from(left + x as i32) + if ddx > 0.0 { 7.0 + reach } else { -reach };
-    let y = if ddy > 0.0 { rows[1] - 1 } else { rows[0] };
-    let y = f64::from(top + y as i32) + if ddy > 0.0 { reach } else { -reach };
-    triangle.depth.key(x, y)
+    let first_x = f64::from(left + columns[0] as i32) - reach;
+    let last_x = f64::from(left + columns[1] as i32 - 1) + reach;
+    let first_y = f64::from(top + rows[0] as i32) - reach;
+    let last_y = f64::from(top + rows[1] as i32 - 1) + reach;
+    let (x_far, x_near) = if ddx > 0.0 { (first_x, last_x) } else { (last_x, first_x) };
+    let (y_far, y_near) = if ddy > 0.0 { (first_y, last_y) } else { (last_y, first_y) };
+    [triangle.depth.at(x_far, y_far), triangle.depth.at(x_near, y_near)]
 }
 
 /// Eight columns of pixels.
@@ -231,9 +252,10 @@ impl<S: Simd, const N: usize> Column<S, N> {
         true
     }
 
-    /// Draws some rows; returns how many samples were won. Without `EDGES` all samples are covered.
+    /// Draws some rows; returns how many samples were won. Without `PARTLY` all samples are covered, and
+    /// their depths need no clamp.
     #[inline(always)]
-    fn rows<const EDGES: bool>(
+    fn rows<const PARTLY: bool>(
         &self,
         simd: S,
         tile: &mut TileBuffer,
@@ -244,7 +266,7 @@ impl<S: Simd, const N: usize> Column<S, N> {
         let TileTriangle { down, depth, .. } = triangle;
         let skipped = (rows[0] - self.first_row) as i32;
         let mut values = self.values;
-        if EDGES {
+        if PARTLY {
             values = [
                 self.values[0] + down[0] * skipped,
                 self.values[1] + down[1] * skipped,
@@ -260,7 +282,7 @@ impl<S: Simd, const N: usize> Column<S, N> {
         let (none, one) = (i32x8::splat(simd, 0), i32x8::splat(simd, 1));
         let mut written = none;
         for row in rows[0]..rows[1] {
-            let id = match (N, EDGES) {
+            let id = match (N, PARTLY) {
                 (1, _) => id,
                 (_, false) => id | CENTRE_COVERED,
                 (_, true) => {
@@ -269,7 +291,7 @@ impl<S: Simd, const N: usize> Column<S, N> {
             };
             for sample in 0..N {
                 let mut covered = mask32x8::splat(simd, true);
-                if EDGES {
+                if PARTLY {
                     let [a, b, c] = self.shifts[sample];
                     let negative = match N {
                         1 => values[0] | values[1] | values[2],
@@ -284,10 +306,10 @@ impl<S: Simd, const N: usize> Column<S, N> {
                 let in_row = depth.depth + depth.ddy * (y - depth.origin[1]);
                 let [near, far] = self.depths[sample];
                 let (near, far) = (near + in_row, far + in_row);
-                let near = near.simd_lt(low).select(low, near);
-                let far = far.simd_lt(low).select(low, far);
-                let near = near.simd_gt(high).select(high, near);
-                let far = far.simd_gt(high).select(high, far);
+                let (near, far) = match PARTLY {
+                    true => (clamp(near, low, high), clamp(far, low, high)),
+                    false => (near, far),
+                };
                 // The sum has no negative zero; bits of floats from 0 on are in their order.
                 let key: i32x8<S> = (near.narrow(far) + 0.0).bitcast();
 
@@ -319,12 +341,18 @@ impl<S: Simd, const N: usize> Column<S, N> {
                 wins.select(id, old_id).store_slice(ids);
                 written += wins.select(one, none);
             }
-            if EDGES {
+            if PARTLY {
                 values = [values[0] + down[0], values[1] + down[1], values[2] + down[2]];
             }
         }
         written.reduce_sum() as u32
     }
+}
+
+#[inline(always)]
+fn clamp<S: Simd>(depth: f64x4<S>, low: f64x4<S>, high: f64x4<S>) -> f64x4<S> {
+    let depth = depth.simd_lt(low).select(low, depth);
+    depth.simd_gt(high).select(high, depth)
 }
 
 /// Eight values from `start` on.

@@ -15,6 +15,7 @@
 //! belongs to the triangle only if that is a top edge (horizontal, above the rest) or a left one.
 //! Pixels are sampled at their centres.
 
+mod assembly;
 mod clip;
 mod cover;
 mod depth;
@@ -27,15 +28,17 @@ mod placed;
 mod samples;
 mod setup;
 mod shares4;
+mod small;
 #[cfg(test)]
 mod testing;
 mod tile;
 
 pub mod reference;
 
+pub use assembly::{Assembly, Cluster, MAX_TRIANGLES, Object};
 pub use cover::{Keep, KeepAll, KeepIf, NO_TRIANGLE, Tile, cover};
 pub use depth::{DepthFormat, ReversedF32, StandardF32, StandardU16, StandardU24};
-pub use draw::{Cluster, DrawScratch, Drawn, Object, draw};
+pub use draw::draw;
 pub use fill::KeepSample;
 pub use fixed::{Fixed, GUARD_BAND, guard_band, snap};
 pub use fragment::Fragment;

@@ -18,6 +18,9 @@ pub(crate) const BLOCK: usize = 8;
 /// line's worth, so that all rows begin alike.
 const MARGIN: usize = LINE;
 
+/// How many things must be found hidden block by block before the whole tile is looked at again.
+const HIDDEN_TILL_ALL: u32 = 4;
+
 /// Values in a cache line.
 const LINE: usize = 16;
 
@@ -40,10 +43,15 @@ pub struct TileBuffer {
     pub(crate) keys: Vec<i32>,
     /// The same.
     pub(crate) ids: Vec<u32>,
-    /// Farthest key of each block over all samples.
+    /// Farthest key of each block over all samples, when it was found. Keys only come nearer, so it is
+    /// never too near.
     farthest: Vec<i32>,
-    /// Blocks written to since their farthest key was found.
+    /// Blocks written to since.
     stale: Vec<bool>,
+    /// The least of `farthest`, when it was found.
+    farthest_of_all: i32,
+    /// Things found hidden since.
+    n_hidden: u32,
 }
 
 /// Pixels of a tile, counted from its corner: columns `x[0]..x[1]`, rows `y[0]..y[1]`.
@@ -77,6 +85,7 @@ impl TileBuffer {
         self.farthest.resize(n_blocks, 0);
         self.stale.clear();
         self.stale.resize(n_blocks, false);
+        (self.farthest_of_all, self.n_hidden) = (0, 0);
     }
 
     /// Upper left corner in the picture, px.
@@ -118,6 +127,12 @@ impl TileBuffer {
         (&self.ids[start..], self.stride())
     }
 
+    /// The depth keys of the first sample from a pixel of the tile on; as many in a row as there are
+    /// ids.
+    pub fn keys_from(&self, [column, row]: [u32; 2]) -> &[i32] {
+        &self.keys[self.starts[0] + row as usize * self.stride() + column as usize..]
+    }
+
     /// The depth keys of a sample along a row.
     pub fn keys(&self, sample: usize, row: usize) -> &[i32] {
         let start = self.starts[0] + sample * self.plane() + row * self.stride();
@@ -142,21 +157,41 @@ impl TileBuffer {
     }
 
     #[inline(always)]
-    fn hides_wide<S: Simd>(&mut self, simd: S, rect: TileRect, key: i32) -> bool {
+    pub(crate) fn hides_wide<S: Simd>(&mut self, simd: S, rect: TileRect, key: i32) -> bool {
+        if self.farthest_of_all > key {
+            return true;
+        }
         let per_row = self.side / BLOCK;
         for row in rect.y[0] / BLOCK..rect.y[1].div_ceil(BLOCK) {
             for column in rect.x[0] / BLOCK..rect.x[1].div_ceil(BLOCK) {
-                if self.farthest_of(simd, row * per_row + column) <= key {
+                let block = row * per_row + column;
+                if self.farthest[block] <= key && self.farthest_of(simd, block) <= key {
                     return false;
                 }
             }
         }
+        // The more is hidden, the more it pays to find that out at once.
+        self.n_hidden += 1;
+        if self.n_hidden == HIDDEN_TILL_ALL {
+            self.n_hidden = 0;
+            let mut least = i32::MAX;
+            for block in 0..self.farthest.len() {
+                least = least.min(self.farthest_of(simd, block));
+            }
+            self.farthest_of_all = least;
+        }
         true
+    }
+
+    /// Whether everything in a block is nearer than `key`.
+    #[inline(always)]
+    pub(crate) fn block_hides<S: Simd>(&mut self, simd: S, block: usize, key: i32) -> bool {
+        self.farthest[block] > key || self.farthest_of(simd, block) > key
     }
 
     /// The farthest key of a block.
     #[inline(always)]
-    pub(crate) fn farthest_of<S: Simd>(&mut self, simd: S, block: usize) -> i32 {
+    fn farthest_of<S: Simd>(&mut self, simd: S, block: usize) -> i32 {
         if self.stale[block] {
             self.stale[block] = false;
             let per_row = self.side / BLOCK;

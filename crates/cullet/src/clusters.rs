@@ -6,12 +6,11 @@
 //! in the mesh, by which ties are decided, so the cutting cannot show in a picture.
 
 use cullet_cull::Aabb;
-use cullet_raster::MAX_VERTICES;
+use cullet_raster::{MAX_TRIANGLES, MAX_VERTICES};
 use cullet_scene::Mesh;
 use glam::{DVec3, Vec3};
 
 /// Most triangles of a cluster.
-const MAX_TRIANGLES: usize = 128;
 
 /// The clusters of a mesh.
 #[derive(Clone, Debug, Default)]

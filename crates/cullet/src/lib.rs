@@ -37,6 +37,7 @@ mod screen_box;
 mod settings;
 mod shading;
 mod stats;
+mod tile_data;
 mod tile_shader;
 mod tiles;
 mod visibility;

@@ -55,6 +55,11 @@ impl Passes {
         Passes(self.0 | 1 << pass as u8)
     }
 
+    /// This set less `others`.
+    pub(crate) const fn without(self, others: Passes) -> Passes {
+        Passes(self.0 & !others.0)
+    }
+
     /// The colours among them.
     pub(crate) const fn colors(self) -> Passes {
         Passes(self.0 & Passes::COLORS)

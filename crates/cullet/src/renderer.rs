@@ -62,7 +62,7 @@ impl Renderer {
                         n_pixels += run.len as u64;
                         let (row, column) = ((run.y - rect.y) as usize, (run.x - rect.x) as usize);
                         let start = row * out.stride + column;
-                        shade_run(&scene, out, start, triangle, &run, true);
+                        shade_run(&scene, out, start, triangle, &run);
                     });
                     encode_linear(rect, out);
                     n_pixels
@@ -108,8 +108,7 @@ impl Renderer {
         }
         let scratches = &mut self.threads[..threads];
         for scratch in &mut *scratches {
-            scratch.done = Default::default();
-            scratch.shade.begin();
+            scratch.begin(self.clusters.list.len());
         }
         let drawer = TileDrawer {
             scene: Scene { prepared, view, settings, planes: &self.planes },

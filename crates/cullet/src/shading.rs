@@ -13,7 +13,7 @@ use glam::{DMat4, DVec3, Vec4};
 
 use crate::frame::Target;
 use crate::schedule::for_each;
-use crate::{Frame, Item, Pass, Prepared, Region, Settings, View};
+use crate::{Frame, Item, Pass, Passes, Prepared, Region, Settings, View};
 
 /// What is drawn, from where and how: all that shading reads.
 #[derive(Clone, Copy)]
@@ -164,26 +164,37 @@ pub(crate) fn encode_linear(rect: Region, out: &mut Target<'_>) {
     }
 }
 
-/// Fills the passes of a run. `start` is its place in `out`; colours are left out unless
-/// `with_color`.
+/// Fills all passes of a run. `start` is its place in `out`.
 pub(crate) fn shade_run(
     scene: &Scene<'_>,
     out: &mut Target<'_>,
     start: usize,
     triangle: &VisibleTriangle<'_>,
     run: &Run<'_>,
-    with_color: bool,
 ) {
     let range = start..start + run.len;
-    let VisibleTriangle { surface, corners, front, .. } = *triangle;
-    let (filter, passes) = (scene.settings.filter, scene.settings.passes);
-    if passes.needs_color() && with_color {
+    if scene.settings.passes.needs_color() {
         if out.linear.is_empty() {
             fill(out.rgba8, &range, run, |f| encode(triangle.color(scene, f)));
         } else {
             fill(out.linear, &range, run, |f| triangle.color(scene, f));
         }
     }
+    fill_run(scene, out, start, triangle, run, scene.settings.passes);
+}
+
+/// Fills the data among `passes` of a run.
+pub(crate) fn fill_run(
+    scene: &Scene<'_>,
+    out: &mut Target<'_>,
+    start: usize,
+    triangle: &VisibleTriangle<'_>,
+    run: &Run<'_>,
+    passes: Passes,
+) {
+    let range = start..start + run.len;
+    let VisibleTriangle { surface, corners, front, .. } = *triangle;
+    let filter = scene.settings.filter;
     if passes.contains(Pass::Depth) {
         let distances = distances(scene.view, triangle);
         fill(out.depth, &range, run, |f| f.weights.dot(distances) as f32);

@@ -16,7 +16,8 @@ use glam::Vec4;
 use crate::frame::Target;
 use crate::multisample::EdgeScratch;
 use crate::settings::SUBPIXEL_BITS;
-use crate::shading::{Scene, encode, encode_linear, fill_background, shade_run};
+use crate::shading::{Scene, encode, encode_linear, fill_background, fill_run};
+use crate::tile_data::{Distance, fill_data};
 use crate::visibility::{Corners, scan};
 use crate::{Passes, Region};
 
@@ -144,13 +145,14 @@ impl ShadeScratch {
 pub(crate) struct TileShader<'a> {
     pub(crate) scene: Scene<'a>,
     pub(crate) scratch: &'a mut ShadeScratch,
+    distance: Option<Distance>,
 }
 
 impl<'a> TileShader<'a> {
     /// `scratch` has begun the frame of `scene`.
     pub(crate) fn new(scene: Scene<'a>, scratch: &'a mut ShadeScratch) -> Self {
         scratch.draws.of_item.resize(scene.prepared.items().len(), 0);
-        TileShader { scene, scratch }
+        TileShader { scene, scratch, distance: Distance::new(scene.view) }
     }
 
     /// Fills passes of a rectangle of the picture, whose upper left pixel is at `place` in `tile`.
@@ -164,10 +166,7 @@ impl<'a> TileShader<'a> {
         out: &mut Target<'_>,
     ) -> u64 {
         match tile.samples() {
-            Samples::One => {
-                let (ids, stride) = tile.ids_from(place);
-                self.ids(rect, ids, stride, passes, out)
-            }
+            Samples::One => self.one_sample(rect, tile, place, passes, out),
             _ => {
                 fill_background(self.scene.settings, rect, out);
                 let n_pixels = self.multisampled(rect, tile, place, out);
@@ -177,31 +176,36 @@ impl<'a> TileShader<'a> {
         }
     }
 
-    /// Fills passes from triangle ids, which begin at the upper left pixel of `rect` and have
-    /// `stride` of them in a row.
-    fn ids(
+    /// [`TileShader::tile`] with one sample per pixel.
+    fn one_sample(
         &mut self,
         rect: Region,
-        ids: &[u32],
-        stride: usize,
+        tile: &TileBuffer,
+        place: [u32; 2],
         passes: Passes,
         out: &mut Target<'_>,
     ) -> u64 {
         let scene = self.scene;
+        let (ids, stride) = tile.ids_from(place);
         let mut n_pixels = 0;
         if passes.needs_color() {
             fill_background(scene.settings, rect, out);
-            n_pixels += self.blocks(rect, ids, stride, out);
+            n_pixels = self.blocks(rect, ids, stride, out);
             encode_linear(rect, out);
         }
-        if passes.data() != Passes::NONE || !passes.needs_color() {
-            n_pixels = 0;
-            let mut corners = Corners::new(scene.prepared, scene.view, scene.planes);
-            scan(&mut corners, rect, ids, stride, &mut |run, triangle| {
-                n_pixels += run.len as u64;
-                let start = (run.y - rect.y) as usize * out.stride + (run.x - rect.x) as usize;
-                shade_run(&scene, out, start, triangle, &run, false);
-            });
+        let data = passes.data();
+        if data != Passes::NONE || !passes.needs_color() {
+            let (filled, n) =
+                fill_data(scene.prepared, self.distance, rect, tile, place, data, out);
+            n_pixels = n;
+            let left = data.without(filled);
+            if left != Passes::NONE {
+                let mut corners = Corners::new(scene.prepared, scene.view, scene.planes);
+                scan(&mut corners, rect, ids, stride, &mut |run, triangle| {
+                    let start = (run.y - rect.y) as usize * out.stride + (run.x - rect.x) as usize;
+                    fill_run(&scene, out, start, triangle, &run, left);
+                });
+            }
         }
         n_pixels
     }

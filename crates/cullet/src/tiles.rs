@@ -4,7 +4,7 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use cullet_raster::{
-    Cluster, DrawScratch, KeepSample, Object, Samples, SetupCounters, TileBuffer, TileRect, draw,
+    Assembly, KeepSample, Object, Samples, SetupCounters, TileBuffer, TileRect, draw,
 };
 
 use crate::bins::{Bins, Grid};
@@ -34,7 +34,47 @@ pub(crate) struct TileScratch {
 #[derive(Debug, Default)]
 pub(crate) struct RasterScratch {
     pub buffer: TileBuffer,
-    draw: DrawScratch,
+    assemblies: Assemblies,
+}
+
+/// Clusters assembled last, for a cluster is mostly drawn into several tiles near each other.
+#[derive(Debug, Default)]
+struct Assemblies {
+    slots: Vec<Assembly>,
+    /// By slot, whose assembly it holds, or `NOBODY`.
+    places: Vec<u32>,
+}
+
+/// Most assemblies kept by a thread.
+const SLOTS: usize = 512;
+
+const NOBODY: u32 = u32::MAX;
+
+impl Assemblies {
+    /// Forgets the frame before; there will be up to `n` clusters.
+    fn begin(&mut self, n: usize) {
+        let n = n.clamp(1, SLOTS);
+        if self.slots.len() < n {
+            self.slots.resize_with(n, Assembly::default);
+        }
+        self.places.clear();
+        self.places.resize(n, NOBODY);
+    }
+
+    /// The assembly of the cluster with number `place`, made by `assemble` if need be.
+    fn of(&mut self, place: u32, assemble: impl FnOnce(&mut Assembly)) -> &Assembly {
+        let slot = place as usize % self.places.len();
+        if self.places[slot] != place {
+            self.places[slot] = place;
+            assemble(&mut self.slots[slot]);
+        }
+        &self.slots[slot]
+    }
+
+    fn bytes(&self) -> usize {
+        let more: usize = self.slots.iter().map(Assembly::bytes).sum();
+        size_of_val(&self.slots[..]) + size_of_val(&self.places[..]) + more
+    }
 }
 
 /// What a thread did in a frame.
@@ -48,9 +88,19 @@ pub(crate) struct Done {
 }
 
 impl TileScratch {
+    /// Makes ready for a frame of `n_clusters`.
+    pub fn begin(&mut self, n_clusters: usize) {
+        self.done = Done::default();
+        self.raster.assemblies.begin(n_clusters);
+        self.shade.begin();
+    }
+
     /// Memory held.
     pub fn bytes(&self) -> usize {
-        self.raster.buffer.bytes() + self.shade.bytes() + size_of::<Self>()
+        self.raster.buffer.bytes()
+            + self.raster.assemblies.bytes()
+            + self.shade.bytes()
+            + size_of::<Self>()
     }
 }
 
@@ -68,55 +118,42 @@ impl TileDrawer<'_> {
         let origin = [(first[0] + column) * side, (first[1] + row) * side];
         scratch.buffer.begin(origin, side as usize, samples);
         let mut corners = Corners::new(prepared, view, planes);
-        let mut of_item = None;
         for &place in self.bins.of((row * size[0] + column) as usize) {
             let cluster = self.clusters.at(place);
             let rect = part(cluster, origin, side);
+            let RasterScratch { buffer, assemblies } = &mut *scratch;
             let level = settings.simd;
-            if settings.occlusion && scratch.buffer.hides(level, rect, cluster.shown.nearest) {
+            if settings.occlusion && buffer.hides(level, rect, cluster.shown.nearest) {
                 continue;
             }
-            let item = &prepared.items()[cluster.item_idx as usize];
-            let clip_from_model = match of_item {
-                Some((item_idx, matrix)) if item_idx == cluster.item_idx => matrix,
-                _ => view.clip_from_model(&item.world_from_model),
-            };
-            of_item = Some((cluster.item_idx, clip_from_model));
-            let object = Object {
-                clip_from_model,
-                viewport: view.viewport(),
-                planes: cluster.planes,
-                facing: item.facing,
-                first_id: item.first_triangle,
-            };
-            let clusters = prepared.clusters(cluster.item_idx as usize);
-            let geometry = clusters.geometry(cluster.cluster_idx as usize);
+            let assembly = assemblies.of(place, |assembly| self.assemble(cluster, assembly));
             let mut keep = |id: u32, [x, y]: [i32; 2]| {
                 let (triangle, interpolator) = corners.of(id);
                 let place = [f64::from(x) / 16.0, f64::from(y) / 16.0];
                 triangle.keeps(&interpolator.fragment_at(place), settings)
             };
+            let item = &prepared.items()[cluster.item_idx as usize];
             let keep: Option<&mut KeepSample<'_>> =
                 if item.masked { Some(&mut keep) } else { None };
-            self.cluster(scratch, done, cluster, &geometry, &object, keep);
+            done.n_samples_written += draw(level, buffer, assembly, keep);
+            if !cluster.drawn.swap(true, Ordering::Relaxed) {
+                done.triangles += assembly.counters();
+            }
         }
     }
 
-    fn cluster(
-        &self,
-        scratch: &mut RasterScratch,
-        done: &mut Done,
-        cluster: &VisibleCluster,
-        geometry: &Cluster<'_>,
-        object: &Object,
-        keep: Option<&mut KeepSample<'_>>,
-    ) {
-        let RasterScratch { buffer, draw: memory } = scratch;
-        let drawn = draw(self.scene.settings.simd, buffer, memory, geometry, object, keep);
-        done.n_samples_written += drawn.samples;
-        if !cluster.drawn.swap(true, Ordering::Relaxed) {
-            done.triangles += drawn.triangles;
-        }
+    fn assemble(&self, cluster: &VisibleCluster, out: &mut Assembly) {
+        let Scene { prepared, view, settings, .. } = self.scene;
+        let item = &prepared.items()[cluster.item_idx as usize];
+        let object = Object {
+            clip_from_model: view.clip_from_model(&item.world_from_model),
+            viewport: view.viewport(),
+            planes: cluster.planes,
+            facing: item.facing,
+            first_id: item.first_triangle,
+        };
+        let clusters = prepared.clusters(cluster.item_idx as usize);
+        out.assemble(settings.simd, &clusters.geometry(cluster.cluster_idx as usize), &object);
     }
 }
 

@@ -1,0 +1,250 @@
+//! Primitive assembly: a cluster on the screen, made once, drawn into every tile that it reaches.
+//!
+//! Vertices are placed, triangles decided, eight at a time: what is outside, has no area or faces
+//! away is counted and gone. Of the others the borders are kept, so that a tile finds its own
+//! quickly. The few triangles that are clipped, or larger than 64 px, take the plain set-up and are
+//! kept as screen triangles.
+
+use cullet_transform::{ClipPoint, PlaneMask, Viewport};
+use fearless_simd::{Level, Simd, dispatch, i32x8, prelude::*};
+use glam::{DMat4, DVec3};
+
+use crate::clip::{GuardBand, Polygon};
+use crate::fixed::Fixed;
+use crate::placed::{Lens, Placed};
+use crate::setup::{Facing, ScreenTriangle, SetupCounters, finish, whole};
+
+/// Subpixel bits of the fast path.
+pub(crate) const BITS: u32 = 8;
+
+/// Most triangles of a cluster.
+pub const MAX_TRIANGLES: usize = 128;
+
+/// Spans from which on products of differences might leave 32 bits.
+const LARGE: i32 = 1 << 14;
+
+/// Triangles of an object that lie together, with vertices of their own.
+#[derive(Clone, Copy, Debug)]
+pub struct Cluster<'a> {
+    /// Model-space x, y and z of the vertices, as many values each: whole groups of eight, the last
+    /// filled up with any, at most [`MAX_VERTICES`](crate::MAX_VERTICES).
+    pub positions: [&'a [f32]; 3],
+    /// Corners of the triangles, at most [`MAX_TRIANGLES`], indices into the vertices; the fourth
+    /// number has no meaning.
+    pub corners: &'a [[u8; 4]],
+    /// What to add to the object's first id to have each triangle's.
+    pub ids: &'a [u32],
+}
+
+/// What the triangles of an object share in a view.
+#[derive(Clone, Copy, Debug)]
+pub struct Object {
+    /// Model to clip space.
+    pub clip_from_model: DMat4,
+    /// The picture.
+    pub viewport: Viewport,
+    /// Planes that may cut the object; others are not tested.
+    pub planes: PlaneMask,
+    /// Which side is drawn.
+    pub facing: Facing,
+    /// Id of the object's first triangle.
+    pub first_id: u32,
+}
+
+/// A cluster in a view, whatever the tile and the samples.
+#[derive(Clone, Debug)]
+pub struct Assembly {
+    pub(crate) placed: Placed,
+    /// How many triangles there are in the following.
+    pub(crate) n: usize,
+    /// Corners, clockwise as seen.
+    pub(crate) corners: [[u8; 4]; MAX_TRIANGLES],
+    pub(crate) ids: [u32; MAX_TRIANGLES],
+    /// Borders, units: left, right, upper, lower. The last group of eight is filled up with
+    /// what no tile reaches.
+    pub(crate) borders: [[i32; MAX_TRIANGLES]; 4],
+    /// Clipped and large triangles.
+    pub(crate) pieces: Vec<ScreenTriangle>,
+    counters: SetupCounters,
+}
+
+impl Default for Assembly {
+    fn default() -> Self {
+        Assembly {
+            placed: Placed::default(),
+            n: 0,
+            corners: [[0; 4]; MAX_TRIANGLES],
+            ids: [0; MAX_TRIANGLES],
+            borders: [[0; MAX_TRIANGLES]; 4],
+            pieces: Vec::new(),
+            counters: SetupCounters::default(),
+        }
+    }
+}
+
+/// Borders of nothing: left and upper, right and lower.
+const NOWHERE: [i32; 2] = [i32::MAX / 2, i32::MIN / 2];
+
+impl Assembly {
+    /// Makes it that of `cluster`; the same on every `level`.
+    pub fn assemble(&mut self, level: Level, cluster: &Cluster<'_>, object: &Object) {
+        let lens = Lens {
+            clip_from_model: object.clip_from_model,
+            viewport: object.viewport,
+            planes: object.planes,
+            guard: GuardBand::new(object.viewport, BITS),
+        };
+        self.n = 0;
+        self.pieces.clear();
+        let n = cluster.corners.len().min(MAX_TRIANGLES);
+        self.counters = SetupCounters { n_in: n as u64, ..SetupCounters::default() };
+        let mut job = Job { out: self, cluster, object, lens };
+        dispatch!(level, simd => job.run(simd, n));
+    }
+
+    /// What became of the triangles.
+    pub fn counters(&self) -> SetupCounters {
+        self.counters
+    }
+
+    /// Memory held beside the assembly itself.
+    pub fn bytes(&self) -> usize {
+        self.pieces.capacity() * size_of::<ScreenTriangle>()
+    }
+}
+
+struct Job<'j> {
+    out: &'j mut Assembly,
+    cluster: &'j Cluster<'j>,
+    object: &'j Object,
+    lens: Lens,
+}
+
+impl Job<'_> {
+    #[inline(always)]
+    fn run<S: Simd>(&mut self, simd: S, n: usize) {
+        self.out.placed.place::<S, BITS>(simd, &self.lens, self.cluster.positions);
+        for first in (0..n).step_by(8) {
+            self.eight(simd, first, (n - first).min(8));
+        }
+        let end = self.out.n.next_multiple_of(8);
+        let [left, right, upper, lower] = &mut self.out.borders;
+        for i in self.out.n..end {
+            ([left[i], right[i]], [upper[i], lower[i]]) = (NOWHERE, NOWHERE);
+        }
+    }
+
+    #[inline(always)]
+    fn corners(&self, triangle: usize) -> [usize; 3] {
+        // No `map`: its closures would not be compiled for the instruction set.
+        let [a, b, c, _] = self.cluster.corners[triangle];
+        [a as usize, b as usize, c as usize]
+    }
+
+    /// Triangles `first..first + n`.
+    #[inline(always)]
+    fn eight<S: Simd>(&mut self, simd: S, first: usize, n: usize) {
+        let (mut x, mut y) = ([[0; 8]; 3], [[0; 8]; 3]);
+        let mut plain = 0xffu64 >> (8 - n);
+        for lane in 0..n {
+            let placed = &self.out.placed;
+            let [a, b, c] = self.corners(first + lane);
+            (x[0][lane], x[1][lane], x[2][lane]) = (placed.x[a], placed.x[b], placed.x[c]);
+            (y[0][lane], y[1][lane], y[2][lane]) = (placed.y[a], placed.y[b], placed.y[c]);
+        }
+        if self.out.placed.special {
+            plain = self.special(first, n);
+        }
+        let [ax, bx, cx] = load(simd, x);
+        let [ay, by, cy] = load(simd, y);
+        let (left, right) = (ax.min(bx).min(cx), ax.max(bx).max(cx));
+        let (upper, lower) = (ay.min(by).min(cy), ay.max(by).max(cy));
+        let span = (right - left) | (lower - upper);
+        let mut large = span.simd_ge(LARGE).to_bitmask() & plain;
+        plain &= !large;
+        let area = (bx - ax) * (cy - ay) - (cx - ax) * (by - ay);
+        let clockwise = area.simd_gt(0).to_bitmask();
+        let zero = area.simd_eq(0).to_bitmask() & plain;
+        let (one, other) = (clockwise & plain, plain & !clockwise & !zero);
+        let (mut drawn, away) = match self.object.facing {
+            Facing::Both => (one | other, 0),
+            Facing::CounterClockwise => (other, one),
+            Facing::Clockwise => (one, other),
+        };
+        let counters = &mut self.out.counters;
+        counters.n_zero_area += u64::from(zero.count_ones());
+        counters.n_facing_away += u64::from(away.count_ones());
+        counters.n_drawn += u64::from(drawn.count_ones());
+
+        let borders: [[i32; 8]; 4] = [left.into(), right.into(), upper.into(), lower.into()];
+        while drawn != 0 {
+            let lane = drawn.trailing_zeros() as usize;
+            drawn &= drawn - 1;
+            let out = &mut *self.out;
+            let [a, b, c, _] = self.cluster.corners[first + lane];
+            let turned = if clockwise >> lane & 1 == 1 { [a, b, c, 0] } else { [a, c, b, 0] };
+            out.corners[out.n] = turned;
+            out.ids[out.n] = self.object.first_id + self.cluster.ids[first + lane];
+            for side in 0..4 {
+                out.borders[side][out.n] = borders[side][lane];
+            }
+            out.n += 1;
+        }
+        while large != 0 {
+            self.one(first + large.trailing_zeros() as usize);
+            large &= large - 1;
+        }
+    }
+
+    /// Deals with those that planes have to do with; returns the others.
+    #[inline(never)]
+    fn special(&mut self, first: usize, n: usize) -> u64 {
+        let mut plain = 0xffu64 >> (8 - n);
+        for lane in 0..n {
+            let [a, b, c] = self.corners(first + lane);
+            let placed = &self.out.placed;
+            if placed.outside[a] & placed.outside[b] & placed.outside[c] != 0 {
+                self.out.counters.n_outside += 1;
+                plain &= !(1 << lane);
+            } else if placed.cuts[a] | placed.cuts[b] | placed.cuts[c] != 0 {
+                self.one(first + lane);
+                plain &= !(1 << lane);
+            }
+        }
+        plain
+    }
+
+    /// [`crate::set_up`] for one triangle that is not outside.
+    #[inline(never)]
+    fn one(&mut self, index: usize) {
+        let [x, y, z] = self.cluster.positions;
+        let [a, b, c] = self.corners(index);
+        let id = self.object.first_id + self.cluster.ids[index];
+        let facing = self.object.facing;
+        let point = |i: usize| {
+            let point = DVec3::new(x[i].into(), y[i].into(), z[i].into());
+            ClipPoint::from_model(&self.lens.clip_from_model, point)
+        };
+        let Assembly { placed, pieces, counters, .. } = &mut *self.out;
+        let cuts = PlaneMask::from_bits(placed.cuts[a] | placed.cuts[b] | placed.cuts[c]);
+        let outcome = if cuts.is_empty() {
+            let at = |i: usize| Fixed { x: placed.x[i].into(), y: placed.y[i].into() };
+            let depth = [placed.depth[a], placed.depth[b], placed.depth[c]];
+            whole([at(a), at(b), at(c)], depth, facing, id, pieces)
+        } else {
+            let points = [point(a), point(b), point(c)];
+            if !points.iter().all(ClipPoint::is_finite) {
+                counters.n_not_finite += 1;
+                return;
+            }
+            let polygon = self.lens.guard.clip(Polygon::triangle(&points), cuts);
+            finish::<BITS>(self.lens.viewport, polygon.corners(), facing, id, pieces)
+        };
+        counters.count(outcome, !cuts.is_empty());
+    }
+}
+
+#[inline(always)]
+pub(crate) fn load<S: Simd>(simd: S, [a, b, c]: [[i32; 8]; 3]) -> [i32x8<S>; 3] {
+    [i32x8::simd_from(simd, a), i32x8::simd_from(simd, b), i32x8::simd_from(simd, c)]
+}

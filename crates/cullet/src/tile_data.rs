@@ -1,0 +1,124 @@
+//! Data that a tile has by itself, without asking any triangle: distances from depth keys, numbers
+//! from ids.
+
+use cullet_raster::{NO_TRIANGLE, TileBuffer};
+use cullet_transform::{Kind, View};
+
+use crate::frame::Target;
+use crate::{Pass, Passes, Prepared, Region};
+
+/// Distance along the view axis from reversed depth in perspective: `shift / (depth + scale)`,
+/// the inverse of [`Window::clip_from_view`](cullet_transform::Window::clip_from_view).
+///
+/// Within 3e-7 of the distance: the depth is rounded to f32 once, and so are the sum, the quotient
+/// and both constants.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Distance {
+    scale: f32,
+    shift: f32,
+}
+
+impl Distance {
+    /// `None` where depth in f32 does not tell: parallel views, whose depth has the same step
+    /// everywhere, and near distances that f32 cannot hold.
+    pub fn new(view: &View) -> Option<Self> {
+        let clip_from_view = view.clip_from_view();
+        let (scale, shift) = (clip_from_view.z_axis.z, clip_from_view.w_axis.z);
+        let is_safe = view.window().kind == Kind::Perspective && (1e-30..1e30).contains(&shift);
+        is_safe.then_some(Distance { scale: scale as f32, shift: shift as f32 })
+    }
+
+    #[inline]
+    fn of(self, key: i32) -> f32 {
+        self.shift / (f32::from_bits(key as u32) + self.scale)
+    }
+}
+
+/// Fills those of `passes` that need nothing but `tile`, whose pixel `place` is the upper left one of
+/// `rect`. Returns which it has filled, and how many pixels show something.
+pub(crate) fn fill_data(
+    prepared: &Prepared,
+    distance: Option<Distance>,
+    rect: Region,
+    tile: &TileBuffer,
+    place: [u32; 2],
+    passes: Passes,
+    out: &mut Target<'_>,
+) -> (Passes, u64) {
+    let (width, height) = (rect.width as usize, rect.height as usize);
+    let (ids, stride) = tile.ids_from(place);
+    let keys = tile.keys_from(place);
+    let distance = distance.filter(|_| passes.contains(Pass::Depth));
+    let (with_id, with_triangle) = (passes.contains(Pass::Id), passes.contains(Pass::Triangle));
+    let mut n_pixels = 0;
+    for row in 0..height {
+        let ids = &ids[row * stride..][..width];
+        let to = row * out.stride..row * out.stride + width;
+        n_pixels += ids.iter().filter(|id| **id != NO_TRIANGLE).count() as u64;
+        if let Some(distance) = distance {
+            let keys = &keys[row * stride..][..width];
+            for ((out, key), id) in out.depth[to.clone()].iter_mut().zip(keys).zip(ids) {
+                *out = if *id == NO_TRIANGLE { f32::INFINITY } else { distance.of(*key) };
+            }
+        }
+        if with_triangle {
+            for (out, id) in out.triangle[to.clone()].iter_mut().zip(ids) {
+                *out = id.wrapping_add(1); // the number of none is the greatest
+            }
+        }
+        if with_id {
+            let mut left = &mut out.id[to];
+            for run in ids.chunk_by(|a, b| a == b) {
+                let (out, rest) = left.split_at_mut(run.len());
+                left = rest;
+                if run[0] != NO_TRIANGLE {
+                    out.fill(prepared.item_of(run[0]) as u32 + 1);
+                }
+            }
+        }
+    }
+    let mut filled = Passes::NONE.with(Pass::Id).with(Pass::Triangle);
+    if distance.is_some() {
+        filled = filled.with(Pass::Depth);
+    }
+    (filled, n_pixels)
+}
+
+#[cfg(test)]
+mod tests {
+    use cullet_transform::{Camera, Projection, Viewport};
+    use glam::DVec3;
+
+    use super::*;
+
+    #[test]
+    fn distances_come_back_from_depths() {
+        let viewport = Viewport::new(4, 4).unwrap();
+        for (near, far) in [(0.1, f64::INFINITY), (0.1, 100.0), (1e-6, 1e9), (5.0, 5.1)] {
+            let lens = Projection::Perspective { yfov: 1.0, near, far };
+            let camera = Camera::look_at(DVec3::ZERO, DVec3::NEG_Z, DVec3::Y, lens).unwrap();
+            let view = View::new(&camera, viewport);
+            let distance = Distance::new(&view).unwrap();
+            for i in 0..=1000 {
+                let exact = near * (far.min(near * 1e15) / near).powf(f64::from(i) / 1000.0);
+                let clip = *view.clip_from_view() * DVec3::new(0.0, 0.0, -exact).extend(1.0);
+                let key = ((clip.z / clip.w) as f32 + 0.0).to_bits() as i32;
+                let error = f64::from(distance.of(key)) / exact - 1.0;
+                assert!(error.abs() < 3e-7, "{error:e} at {exact} of {near}..{far}");
+            }
+        }
+    }
+
+    #[test]
+    fn parallel_views_and_lenses_beyond_f32_have_none() {
+        let viewport = Viewport::new(4, 4).unwrap();
+        let lenses = [
+            Projection::Orthographic { height: 2.0, near: 0.0, far: 10.0 },
+            Projection::Perspective { yfov: 1.0, near: 1e-40, far: f64::INFINITY },
+        ];
+        for lens in lenses {
+            let camera = Camera::look_at(DVec3::ZERO, DVec3::NEG_Z, DVec3::Y, lens).unwrap();
+            assert!(Distance::new(&View::new(&camera, viewport)).is_none());
+        }
+    }
+}
