@@ -112,21 +112,37 @@ impl Encoder {
         (self.buckets[bucket as usize % 2048] + (bits & 0xffff)) >> BUCKET_SHIFT
     }
 
-    /// [`encode8`] of eight values.
+    /// [`encode8`] of eights of values, in place: floats by their bits in, codes out.
+    ///
+    /// The table is read in a pass of its own: values on their way between vectors and single
+    /// numbers would otherwise wait for each other.
     #[inline(always)]
-    pub fn encode8<S: Simd>(&self, simd: S, linear: f32x8<S>) -> u32x8<S> {
+    pub fn encode_all<S: Simd>(&self, simd: S, values: &mut [[u32; 8]]) {
         let (low, high) = (f32x8::splat(simd, SMALLEST), f32x8::splat(simd, 1.0));
-        let inside = linear.simd_gt(low).select(linear, low); // NaN is low
-        let inside = inside.simd_lt(high).select(inside, high);
-        let bits = inside.bitcast::<u32x8<S>>();
-        let buckets: [u32; 8] = ((bits >> BUCKET_SHIFT) - FIRST_BUCKET).into();
-        let mut sums = [0; 8];
-        for lane in 0..8 {
-            sums[lane] = self.buckets[buckets[lane] as usize % 2048];
+        let mut sums = [[0; 8]; MAX_EIGHTS];
+        for values in values.chunks_mut(MAX_EIGHTS) {
+            for (value, sum) in values.iter_mut().zip(&mut sums) {
+                let linear: f32x8<S> = u32x8::simd_from(simd, *value).bitcast();
+                let inside = linear.simd_gt(low).select(linear, low); // NaN is low
+                let inside = inside.simd_lt(high).select(inside, high);
+                let bits = inside.bitcast::<u32x8<S>>();
+                *value = (bits & 0xffff).into();
+                *sum = ((bits >> BUCKET_SHIFT) - FIRST_BUCKET).into();
+            }
+            let sums = &mut sums[..values.len()];
+            for sum in sums.as_flattened_mut() {
+                *sum = self.buckets[*sum as usize % 2048];
+            }
+            for (value, sum) in values.iter_mut().zip(sums) {
+                let sum = u32x8::simd_from(simd, *sum) + u32x8::simd_from(simd, *value);
+                *value = (sum >> BUCKET_SHIFT).into();
+            }
         }
-        (u32x8::simd_from(simd, sums) + (bits & 0xffff)) >> BUCKET_SHIFT
     }
 }
+
+/// Eights of values that pass through the table together.
+const MAX_EIGHTS: usize = 24;
 
 /// Between two floats, both by their bits, the first below. Positive floats order like their bits,
 /// so it is found by bisection.
@@ -198,26 +214,36 @@ mod tests {
         }
     }
 
-    /// The codes of eight numbers by each instruction set.
-    fn wide(linear: [f32; 8]) -> Vec<[u32; 8]> {
+    /// The codes of eights of numbers by each instruction set.
+    fn wide(linear: &[[f32; 8]]) -> Vec<Vec<[u32; 8]>> {
         #[inline(always)]
-        fn eight<S: Simd>(simd: S, linear: [f32; 8]) -> [u32; 8] {
-            encoder().encode8(simd, f32x8::simd_from(simd, linear)).into()
+        fn all<S: Simd>(simd: S, values: &mut [[u32; 8]]) {
+            encoder().encode_all(simd, values);
         }
         let levels = crate::testing::levels().into_iter();
-        levels.map(|(_, level)| dispatch!(level, simd => eight(simd, linear))).collect()
+        let codes = levels.map(|(_, level)| {
+            let mut values: Vec<_> = linear.iter().map(|eight| eight.map(f32::to_bits)).collect();
+            dispatch!(level, simd => all(simd, &mut values));
+            values
+        });
+        codes.collect()
     }
 
     #[test]
     fn eight_are_one_by_one() {
         let mut random = Random::new(2);
+        let mut eights = Vec::new();
         for i in 0..100_000 {
             let mut linear: [f32; 8] = std::array::from_fn(|_| f32::from_bits(random.bits()));
             linear[i % 8] = random.unit();
             let code = threshold((1 + i % 255) as u8);
             linear[(i + 3) % 8] = f32::from_bits(code - (i as u32 / 255) % 2);
+            eights.push(linear);
+        }
+        let wide = wide(&eights);
+        for (i, linear) in eights.iter().enumerate() {
             let codes = linear.map(|linear| u32::from(encode8(linear)));
-            assert!(wide(linear).iter().all(|wide| *wide == codes), "{linear:?}");
+            assert!(wide.iter().all(|wide| wide[i] == codes), "{linear:?}");
         }
     }
 

@@ -1,6 +1,6 @@
 //! Pixels of one paint: from records to colours.
 
-use fearless_simd::{Level, Simd, dispatch, f32x4, f32x8, prelude::*};
+use fearless_simd::{Level, Simd, dispatch, f32x4, f32x8, prelude::*, u32x8};
 use glam::{Vec2, Vec3, Vec4};
 
 use super::record::{ColorPlanes, LEAST, NORMAL, Record};
@@ -139,11 +139,30 @@ fn paint_all<S: Simd>(
             sampler.blend_all(simd, &stage.taps, n, &mut stage.texels);
         }
         for i in 0..n {
-            let n_lanes = if i < eights.len() { 8 } else { rest.len() };
-            let rgb = paint.color(simd, &stage, i);
-            store(simd, encoder, eight(i), n_lanes, rgb, out);
+            stage.rgb[i] = paint.color(simd, &stage, i);
             if stage.good[i] != 0xff {
+                let n_lanes = if i < eights.len() { 8 } else { rest.len() };
                 leave(8 * (i_chunk * EIGHTS + i), n_lanes, stage.good[i], left);
+            }
+        }
+        match out {
+            Out::Bytes(out) => {
+                encoder.encode_all(simd, stage.rgb[..n].as_flattened_mut());
+                for (i, eight) in eights.iter().enumerate() {
+                    store_codes(eight, codes(simd, &stage.rgb[i]), out);
+                }
+                if !rest.is_empty() {
+                    store_each(rest, codes(simd, &stage.rgb[n - 1]), out);
+                }
+            }
+            Out::Linear(out) => {
+                for (pixels, [r, g, b]) in chunk.chunks(8).zip(&stage.rgb) {
+                    for (lane, pixel) in pixels.iter().enumerate() {
+                        let [r, g, b] = [r[lane], g[lane], b[lane]];
+                        out[pixel.out as usize] =
+                            Vec4::new(f32::from_bits(r), f32::from_bits(g), f32::from_bits(b), 1.0);
+                    }
+                }
             }
         }
     }
@@ -163,6 +182,8 @@ struct Stage {
     good: [u64; EIGHTS],
     taps: Taps,
     texels: [[[f32; 4]; 8]; EIGHTS],
+    /// Colours, red, green and blue: the bits of floats, then codes.
+    rgb: [[[u32; 8]; 3]; EIGHTS],
 }
 
 #[cold]
@@ -248,18 +269,25 @@ impl Paint<'_> {
 
     /// The colours of eight pixels.
     #[inline(always)]
-    fn color<S: Simd>(&self, simd: S, stage: &Stage, i: usize) -> [f32x8<S>; 3] {
+    fn color<S: Simd>(&self, simd: S, stage: &Stage, i: usize) -> [[u32; 8]; 3] {
         let mut rgb = [
             f32x8::splat(simd, self.factor.x),
             f32x8::splat(simd, self.factor.y),
             f32x8::splat(simd, self.factor.z),
         ];
         if self.texture.is_some() {
-            let mut texels = [f32x4::splat(simd, 0.0); 8];
-            for (texel, color) in texels.iter_mut().zip(&stage.texels[i]) {
-                *texel = f32x4::simd_from(simd, *color);
-            }
-            let [r, g, b, _] = transposed(&texels);
+            // No loop over vectors: it might become a call.
+            let [a, b, c, d, e, f, g, h] = &stage.texels[i];
+            let [r, g, b, _] = transposed(&[
+                f32x4::simd_from(simd, *a),
+                f32x4::simd_from(simd, *b),
+                f32x4::simd_from(simd, *c),
+                f32x4::simd_from(simd, *d),
+                f32x4::simd_from(simd, *e),
+                f32x4::simd_from(simd, *f),
+                f32x4::simd_from(simd, *g),
+                f32x4::simd_from(simd, *h),
+            ]);
             let step = f32x8::splat(simd, STEP);
             rgb = [rgb[0] * (r * step), rgb[1] * (g * step), rgb[2] * (b * step)];
         }
@@ -275,7 +303,11 @@ impl Paint<'_> {
             let light = f32x8::simd_from(simd, stage.light[i]);
             rgb = [rgb[0] * light, rgb[1] * light, rgb[2] * light];
         }
-        rgb
+        [
+            rgb[0].bitcast::<u32x8<S>>().into(),
+            rgb[1].bitcast::<u32x8<S>>().into(),
+            rgb[2].bitcast::<u32x8<S>>().into(),
+        ]
     }
 }
 
@@ -416,39 +448,32 @@ fn one_by_one(
     })
 }
 
-/// Writes the first `n` of eight colours.
+/// Eight pixels' codes side by side, opaque.
 #[inline(always)]
-fn store<S: Simd>(
-    simd: S,
-    encoder: &Encoder,
-    pixels: &[Pixel; 8],
-    n: usize,
-    [r, g, b]: [f32x8<S>; 3],
-    out: &mut Out<'_>,
-) {
-    match out {
-        Out::Bytes(out) => {
-            let (r, g, b) =
-                (encoder.encode8(simd, r), encoder.encode8(simd, g), encoder.encode8(simd, b));
-            let codes = r | g << 8 | b << 16 | 0xff00_0000;
-            let codes: [u32; 8] = codes.into();
-            let first = pixels[0].out as usize;
-            let is_row = n == 8 && pixels[7].out == pixels[0].out + 7;
-            if is_row && let Some(row) = out.get_mut(first..first + 8) {
-                for (out, code) in row.iter_mut().zip(codes) {
-                    *out = code.to_le_bytes();
-                }
-                return;
-            }
-            for (pixel, code) in pixels.iter().zip(codes).take(n) {
-                out[pixel.out as usize] = code.to_le_bytes();
-            }
+fn codes<S: Simd>(simd: S, [r, g, b]: &[[u32; 8]; 3]) -> [u32; 8] {
+    let r = u32x8::simd_from(simd, *r);
+    let g = u32x8::simd_from(simd, *g);
+    let b = u32x8::simd_from(simd, *b);
+    (r | g << 8 | b << 16 | 0xff00_0000).into()
+}
+
+/// Writes eight pixels: most are neighbours in a row.
+#[inline(always)]
+fn store_codes(pixels: &[Pixel; 8], codes: [u32; 8], out: &mut [[u8; 4]]) {
+    let first = pixels[0].out as usize;
+    let is_row = pixels[7].out == pixels[0].out + 7;
+    if is_row && let Some(row) = out.get_mut(first..first + 8) {
+        for (out, code) in row.iter_mut().zip(codes) {
+            *out = code.to_le_bytes();
         }
-        Out::Linear(out) => {
-            let (r, g, b): ([f32; 8], [f32; 8], [f32; 8]) = (r.into(), g.into(), b.into());
-            for (lane, pixel) in pixels.iter().enumerate().take(n) {
-                out[pixel.out as usize] = Vec4::new(r[lane], g[lane], b[lane], 1.0);
-            }
-        }
+        return;
+    }
+    store_each(pixels, codes, out);
+}
+
+#[inline(always)]
+fn store_each(pixels: &[Pixel], codes: [u32; 8], out: &mut [[u8; 4]]) {
+    for (pixel, code) in pixels.iter().zip(codes) {
+        out[pixel.out as usize] = code.to_le_bytes();
     }
 }

@@ -152,16 +152,17 @@ impl<'a> Sampler<'a> {
         out: &mut [[[f32; 4]; 8]; EIGHTS],
     ) {
         let Taps { fine, coarse, blend, are_fine } = taps;
-        for (eight, out) in out.iter_mut().enumerate().take(n) {
+        for eight in 0..n {
+            let out = &mut out[eight];
             if *are_fine {
-                for (lane, out) in out.iter_mut().enumerate() {
+                for lane in 0..8 {
                     let (left, right) = self.rows(simd, fine, eight, lane).split();
                     let color = left + (right - left) * fine.x[eight][lane];
-                    *out = color.into();
+                    out[lane] = color.into();
                 }
                 continue;
             }
-            for (lane, out) in out.iter_mut().enumerate() {
+            for lane in 0..8 {
                 let (fine_left, fine_right) = self.rows(simd, fine, eight, lane).split();
                 let (coarse_left, coarse_right) = self.rows(simd, coarse, eight, lane).split();
                 let left = fine_left.combine(coarse_left);
@@ -170,7 +171,7 @@ impl<'a> Sampler<'a> {
                     .combine(f32x4::splat(simd, coarse.x[eight][lane]));
                 let (fine, coarse) = (left + (right - left) * x).split();
                 let color = fine + (coarse - fine) * blend[eight][lane];
-                *out = color.into();
+                out[lane] = color.into();
             }
         }
     }
