@@ -36,23 +36,12 @@ fn check(settings: &Settings) {
     assert!(some.is_empty(), "(scene, allocations, bytes): {some:?}");
 }
 
-/// Scenes without alpha masks, which take a list of triangles per tile.
 #[test]
-fn a_warmed_up_frame_without_masks_allocates_nothing() {
-    let mut counted = allocations(&Settings { threads: 1, ..Settings::default() });
-    counted.retain(|(scene, ..)| !["masks", "showpiece"].contains(&scene.as_str()));
-    assert!(counted.len() >= 4, "{counted:?}");
-    assert!(counted.iter().all(|(_, count, _)| *count == 0), "{counted:?}");
-}
-
-#[test]
-#[ignore = "alpha masks look triangles up in a list made per tile"]
 fn a_warmed_up_frame_allocates_nothing() {
     check(&Settings { threads: 1, ..Settings::default() });
 }
 
 #[test]
-#[ignore = "data passes and alpha masks look triangles up in a list made per tile"]
 fn nor_does_one_with_every_pass() {
     check(&Settings { threads: 1, passes: all_passes(), ..Settings::default() });
 }

@@ -65,6 +65,8 @@ pub struct Assembly {
     pub(crate) borders: [[i32; MAX_TRIANGLES]; 4],
     /// Clipped and large triangles.
     pub(crate) pieces: Vec<ScreenTriangle>,
+    /// Ids of clipped triangles.
+    clipped: Vec<u32>,
     counters: SetupCounters,
 }
 
@@ -77,6 +79,7 @@ impl Default for Assembly {
             ids: [0; MAX_TRIANGLES],
             borders: [[0; MAX_TRIANGLES]; 4],
             pieces: Vec::new(),
+            clipped: Vec::new(),
             counters: SetupCounters::default(),
         }
     }
@@ -96,6 +99,7 @@ impl Assembly {
         };
         self.n = 0;
         self.pieces.clear();
+        self.clipped.clear();
         let n = cluster.corners.len().min(MAX_TRIANGLES);
         self.counters = SetupCounters { n_in: n as u64, ..SetupCounters::default() };
         let mut job = Job { out: self, cluster, object, lens };
@@ -107,9 +111,15 @@ impl Assembly {
         self.counters
     }
 
+    /// Ids of triangles that were clipped. Their depths are those of the snapped pieces, so they are
+    /// good for comparing, not for reading distances off them.
+    pub fn clipped(&self) -> &[u32] {
+        &self.clipped
+    }
+
     /// Memory held beside the assembly itself.
     pub fn bytes(&self) -> usize {
-        self.pieces.capacity() * size_of::<ScreenTriangle>()
+        self.pieces.capacity() * size_of::<ScreenTriangle>() + self.clipped.capacity() * 4
     }
 }
 
@@ -225,7 +235,7 @@ impl Job<'_> {
             let point = DVec3::new(x[i].into(), y[i].into(), z[i].into());
             ClipPoint::from_model(&self.lens.clip_from_model, point)
         };
-        let Assembly { placed, pieces, counters, .. } = &mut *self.out;
+        let Assembly { placed, pieces, clipped, counters, .. } = &mut *self.out;
         let cuts = PlaneMask::from_bits(placed.cuts[a] | placed.cuts[b] | placed.cuts[c]);
         let outcome = if cuts.is_empty() {
             let at = |i: usize| Fixed { x: placed.x[i].into(), y: placed.y[i].into() };
@@ -237,6 +247,7 @@ impl Job<'_> {
                 counters.n_not_finite += 1;
                 return;
             }
+            clipped.push(id);
             let polygon = self.lens.guard.clip(Polygon::triangle(&points), cuts);
             finish::<BITS>(self.lens.viewport, polygon.corners(), facing, id, pieces)
         };

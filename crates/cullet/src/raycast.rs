@@ -10,7 +10,7 @@ use cullet_transform::{ClipPoint, Kind, PlaneMask, View, Window};
 use glam::{DMat4, DVec3, Vec3};
 
 use crate::settings::SUBPIXEL_BITS;
-use crate::shading::{Emit, Places, Run, VisibleTriangle};
+use crate::shading::{Emit, Places, Run, VisibleTriangle, keeps};
 use crate::{Item, Prepared, Region, Settings};
 
 /// Triangles in view space under a tree of boxes.
@@ -80,7 +80,8 @@ impl<'a> Raycaster<'a> {
                     hit.distance < best.distance
                         || (hit.distance == best.distance && hit.triangle.id < best.triangle.id)
                 });
-                if nearer && hit.triangle.keeps(&hit.fragment, self.settings) {
+                let VisibleTriangle { surface, corners, .. } = &hit.triangle;
+                if nearer && keeps(surface, *corners, &hit.fragment, self.settings) {
                     nearest = Some(hit);
                 }
             }

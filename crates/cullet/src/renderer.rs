@@ -187,7 +187,7 @@ fn row_of_tiles(
             let start = Instant::now();
             drawer.tile(raster, done, [column, row], samples);
             let drawn = Instant::now();
-            let n = shader.tile(rect, &raster.buffer, place, passes, &mut target);
+            let n = shader.tile(rect, raster, place, passes, &mut target);
             done.n_pixels += if i == 0 { n } else { 0 };
             done.raster += drawn - start;
             done.shade += drawn.elapsed();

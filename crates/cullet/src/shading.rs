@@ -51,16 +51,6 @@ impl<'a> VisibleTriangle<'a> {
         VisibleTriangle { item, item_idx, id, surface, corners, front }
     }
 
-    /// Whether the material has matter at a fragment: always, unless it is alpha-masked.
-    pub(crate) fn keeps(&self, fragment: &Fragment, settings: &Settings) -> bool {
-        match self.surface.material.alpha {
-            AlphaMode::Mask { cutoff } => {
-                alpha(&self.surface, self.corners, fragment, settings.filter) >= cutoff
-            }
-            AlphaMode::Opaque | AlphaMode::Blend => true,
-        }
-    }
-
     /// Model-space corners.
     pub(crate) fn positions(&self) -> [DVec3; 3] {
         self.corners.map(|i| self.surface.mesh.positions[i as usize].as_dvec3())
@@ -72,6 +62,19 @@ impl<'a> VisibleTriangle<'a> {
         let needs = self.item.needs(scene.settings.shading);
         let triangle = Triangle { surface, corners, front };
         cullet_shade::shade(needs, &triangle, &scene.look(), fragment)
+    }
+}
+
+/// Whether a material has matter at a fragment of a triangle: always, unless it is alpha-masked.
+pub(crate) fn keeps(
+    surface: &Surface<'_>,
+    corners: [u32; 3],
+    fragment: &Fragment,
+    settings: &Settings,
+) -> bool {
+    match surface.material.alpha {
+        AlphaMode::Mask { cutoff } => alpha(surface, corners, fragment, settings.filter) >= cutoff,
+        AlphaMode::Opaque | AlphaMode::Blend => true,
     }
 }
 

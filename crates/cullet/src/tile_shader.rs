@@ -8,7 +8,7 @@
 //! A triangle is set up anew for each block (64 x 64 px of the whole picture), so a pixel's colour
 //! does not depend on what part of the picture is asked for, in what order, or by which thread.
 
-use cullet_raster::{BLOCK, NO_TRIANGLE, Placement, Samples, TileBuffer};
+use cullet_raster::{BLOCK, NO_TRIANGLE, Placement, Samples};
 use cullet_shade::Needs;
 use cullet_shade::wide::{ColorPlanes, Group, Out, Paint, Pixel, Record, paint, set_up};
 use glam::Vec4;
@@ -16,10 +16,12 @@ use glam::Vec4;
 use crate::frame::Target;
 use crate::multisample::EdgeScratch;
 use crate::settings::SUBPIXEL_BITS;
-use crate::shading::{Scene, encode, encode_linear, fill_background, fill_run};
+use crate::shading::{Places, Run, Scene};
+use crate::shading::{encode, encode_linear, fill_background, fill_run};
 use crate::tile_data::{Distance, fill_data};
-use crate::visibility::{Corners, scan};
-use crate::{Passes, Region};
+use crate::tiles::RasterScratch;
+use crate::visibility::{CornerSlots, Corners, scan};
+use crate::{Pass, Passes, Region};
 
 /// Pixels coloured at once: those of a block.
 const BATCH: usize = (BLOCK * BLOCK) as usize;
@@ -65,6 +67,7 @@ pub(crate) struct ShadeScratch {
     sorted: Vec<Pixel>,
     n_pixels_of_paint: Vec<u32>,
     left: Vec<u32>,
+    corners: CornerSlots,
     pub(crate) edges: EdgeScratch,
 }
 
@@ -118,6 +121,7 @@ impl Default for ShadeScratch {
             sorted: vec![Pixel::default(); BATCH + 1],
             n_pixels_of_paint: Vec::new(),
             left: Vec::new(),
+            corners: CornerSlots::default(),
             edges: EdgeScratch::default(),
         }
     }
@@ -128,6 +132,7 @@ impl ShadeScratch {
     pub(crate) fn begin(&mut self) {
         self.draws.forget();
         self.paints.clear();
+        self.corners.forget();
     }
 
     /// Memory held.
@@ -137,6 +142,7 @@ impl ShadeScratch {
             + SLOTS * 8
             + BATCH * (20 + 2 * size_of::<Pixel>() + size_of::<Record>())
             + self.colors.capacity() * size_of::<ColorPlanes>()
+            + self.corners.bytes()
             + self.edges.bytes()
     }
 }
@@ -160,13 +166,14 @@ impl<'a> TileShader<'a> {
     pub(crate) fn tile(
         &mut self,
         rect: Region,
-        tile: &TileBuffer,
+        raster: &RasterScratch,
         place: [u32; 2],
         passes: Passes,
         out: &mut Target<'_>,
     ) -> u64 {
+        let tile = &raster.buffer;
         match tile.samples() {
-            Samples::One => self.one_sample(rect, tile, place, passes, out),
+            Samples::One => self.one_sample(rect, raster, place, passes, out),
             _ => {
                 fill_background(self.scene.settings, rect, out);
                 let n_pixels = self.multisampled(rect, tile, place, out);
@@ -180,13 +187,13 @@ impl<'a> TileShader<'a> {
     fn one_sample(
         &mut self,
         rect: Region,
-        tile: &TileBuffer,
+        raster: &RasterScratch,
         place: [u32; 2],
         passes: Passes,
         out: &mut Target<'_>,
     ) -> u64 {
         let scene = self.scene;
-        let (ids, stride) = tile.ids_from(place);
+        let (ids, stride) = raster.buffer.ids_from(place);
         let mut n_pixels = 0;
         if passes.needs_color() {
             fill_background(scene.settings, rect, out);
@@ -196,14 +203,23 @@ impl<'a> TileShader<'a> {
         let data = passes.data();
         if data != Passes::NONE || !passes.needs_color() {
             let (filled, n) =
-                fill_data(scene.prepared, self.distance, rect, tile, place, data, out);
+                fill_data(scene.prepared, self.distance, rect, &raster.buffer, place, data, out);
             n_pixels = n;
             let left = data.without(filled);
-            if left != Passes::NONE {
-                let mut corners = Corners::new(scene.prepared, scene.view, scene.planes);
-                scan(&mut corners, rect, ids, stride, &mut |run, triangle| {
-                    let start = (run.y - rect.y) as usize * out.stride + (run.x - rect.x) as usize;
-                    fill_run(&scene, out, start, triangle, &run, left);
+            // Clipped triangles have their distances from their corners.
+            let clipped = if data.contains(Pass::Depth) { &raster.clipped[..] } else { &[] };
+            if left != Passes::NONE || !clipped.is_empty() {
+                let slots = &mut self.scratch.corners;
+                let mut corners = Corners::new(scene.prepared, scene.view, scene.planes, slots);
+                scan(rect, ids, stride, &mut |id, [x, y], len| {
+                    let is_clipped = clipped.binary_search(&id).is_ok();
+                    let wanted = if is_clipped { left.with(Pass::Depth) } else { left };
+                    if wanted != Passes::NONE {
+                        let (triangle, interpolator) = corners.of(id);
+                        let run = Run { x, y, len, places: Places::Planes(interpolator) };
+                        let start = (y - rect.y) as usize * out.stride + (x - rect.x) as usize;
+                        fill_run(&scene, out, start, &triangle, &run, wanted);
+                    }
                 });
             }
         }
@@ -401,12 +417,12 @@ impl<'a> TileShader<'a> {
     #[cold]
     fn paint_left(&mut self, block: [u32; 2], unsorted: bool, first: usize, out: &mut Out<'_>) {
         let scene = self.scene;
-        let scratch = &*self.scratch;
-        let list = if unsorted { &scratch.pixels } else { &scratch.sorted };
-        let mut corners = Corners::new(scene.prepared, scene.view, scene.planes);
-        for &i in &scratch.left {
+        let ShadeScratch { pixels, sorted, left, ids, corners, .. } = &mut *self.scratch;
+        let list = if unsorted { pixels } else { sorted };
+        let mut corners = Corners::new(scene.prepared, scene.view, scene.planes, corners);
+        for &i in &*left {
             let pixel = &list[first + i as usize];
-            let (_, triangle, interpolator) = corners.look_up(scratch.ids[pixel.record as usize]);
+            let (triangle, interpolator) = corners.of(ids[pixel.record as usize]);
             let x = f64::from(block[0]) + f64::from(pixel.x);
             let y = f64::from(block[1]) + f64::from(pixel.y);
             let color = triangle.color(&scene, &interpolator.fragment_at([x, y]));
@@ -625,7 +641,8 @@ mod tests {
     fn off_centre_colours_are_those_of_the_plain_code() {
         for_each_scene(|shader, _, ids| {
             let scene = shader.scene;
-            let mut corners = Corners::new(scene.prepared, scene.view, scene.planes);
+            let mut slots = CornerSlots::default();
+            let mut corners = Corners::new(scene.prepared, scene.view, scene.planes, &mut slots);
             let mut wanted = Vec::new();
             for (i, &id) in ids.iter().enumerate().filter(|(_, id)| **id != NO_TRIANGLE) {
                 let [x, y] = [i as i32 % SIZE[0] as i32, i as i32 / SIZE[0] as i32];

@@ -8,9 +8,9 @@ use cullet_raster::{
 };
 
 use crate::bins::{Bins, Grid};
-use crate::shading::Scene;
+use crate::shading::{Scene, keeps};
 use crate::tile_shader::ShadeScratch;
-use crate::visibility::Corners;
+use crate::visibility::{CornerSlots, Corners, Ready};
 use crate::visible_clusters::{VisibleCluster, VisibleClusters};
 
 /// What all tiles of a frame are drawn from.
@@ -34,7 +34,19 @@ pub(crate) struct TileScratch {
 #[derive(Debug, Default)]
 pub(crate) struct RasterScratch {
     pub buffer: TileBuffer,
+    /// Triangles of this tile that were clipped, in order.
+    pub clipped: Vec<u32>,
     assemblies: Assemblies,
+    corners: CornerSlots,
+}
+
+impl RasterScratch {
+    fn bytes(&self) -> usize {
+        self.buffer.bytes()
+            + self.clipped.capacity() * 4
+            + self.assemblies.bytes()
+            + self.corners.bytes()
+    }
 }
 
 /// Clusters assembled last, for a cluster is mostly drawn into several tiles near each other.
@@ -92,15 +104,13 @@ impl TileScratch {
     pub fn begin(&mut self, n_clusters: usize) {
         self.done = Done::default();
         self.raster.assemblies.begin(n_clusters);
+        self.raster.corners.forget();
         self.shade.begin();
     }
 
     /// Memory held.
     pub fn bytes(&self) -> usize {
-        self.raster.buffer.bytes()
-            + self.raster.assemblies.bytes()
-            + self.shade.bytes()
-            + size_of::<Self>()
+        self.raster.bytes() + self.shade.bytes() + size_of::<Self>()
     }
 }
 
@@ -116,30 +126,34 @@ impl TileDrawer<'_> {
         let Scene { prepared, view, settings, planes } = self.scene;
         let Grid { side, first, size } = self.grid;
         let origin = [(first[0] + column) * side, (first[1] + row) * side];
-        scratch.buffer.begin(origin, side as usize, samples);
-        let mut corners = Corners::new(prepared, view, planes);
+        let RasterScratch { buffer, clipped, assemblies, corners } = scratch;
+        buffer.begin(origin, side as usize, samples);
+        clipped.clear();
+        let mut corners = Corners::new(prepared, view, planes, corners);
         for &place in self.bins.of((row * size[0] + column) as usize) {
             let cluster = self.clusters.at(place);
             let rect = part(cluster, origin, side);
-            let RasterScratch { buffer, assemblies } = &mut *scratch;
             let level = settings.simd;
             if settings.occlusion && buffer.hides(level, rect, cluster.shown.nearest) {
                 continue;
             }
             let assembly = assemblies.of(place, |assembly| self.assemble(cluster, assembly));
-            let mut keep = |id: u32, [x, y]: [i32; 2]| {
-                let (triangle, interpolator) = corners.of(id);
-                let place = [f64::from(x) / 16.0, f64::from(y) / 16.0];
-                triangle.keeps(&interpolator.fragment_at(place), settings)
-            };
             let item = &prepared.items()[cluster.item_idx as usize];
+            let surface = prepared.surface(item);
+            let mut keep = |id: u32, [x, y]: [i32; 2]| {
+                let Ready { corners, interpolator, .. } = corners.ready(id);
+                let place = [f64::from(x) / 16.0, f64::from(y) / 16.0];
+                keeps(&surface, *corners, &interpolator.fragment_at(place), settings)
+            };
             let keep: Option<&mut KeepSample<'_>> =
                 if item.masked { Some(&mut keep) } else { None };
             done.n_samples_written += draw(level, buffer, assembly, keep);
+            clipped.extend_from_slice(assembly.clipped());
             if !cluster.drawn.swap(true, Ordering::Relaxed) {
                 done.triangles += assembly.counters();
             }
         }
+        clipped.sort_unstable();
     }
 
     fn assemble(&self, cluster: &VisibleCluster, out: &mut Assembly) {

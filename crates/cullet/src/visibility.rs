@@ -5,25 +5,23 @@ use cullet_transform::{ClipPoint, PlaneMask, View};
 use glam::DMat4;
 
 use crate::settings::SUBPIXEL_BITS;
-use crate::shading::{Emit, Places, Run, VisibleTriangle};
+use crate::shading::VisibleTriangle;
 use crate::{Prepared, Region};
 
-/// Hands out the runs of pixels of `rect` that show one triangle each, row by row. `ids` begin at
-/// its upper left pixel and have `stride` of them in a row.
-pub(crate) fn scan<'a>(
-    corners: &mut Corners<'a>,
+/// Hands out the runs of pixels of `rect` that show one triangle each, row by row: the triangle, the
+/// first pixel, how many there are. `ids` begin at the upper left pixel and have `stride` of
+/// them in a row.
+pub(crate) fn scan(
     rect: Region,
     ids: &[u32],
     stride: usize,
-    emit: &mut Emit<'_, 'a>,
+    emit: &mut impl FnMut(u32, [u32; 2], usize),
 ) {
     for (y, ids) in (rect.y..rect.y + rect.height).zip(ids.chunks(stride)) {
         let mut x = rect.x;
         for run in ids[..rect.width as usize].chunk_by(|a, b| a == b) {
             if run[0] != NO_TRIANGLE {
-                let (triangle, interpolator) = corners.of(run[0]);
-                let places = Places::Planes(interpolator);
-                emit(Run { x, y, len: run.len(), places }, triangle);
+                emit(run[0], [x, y], run.len());
             }
             x += run.len() as u32;
         }
@@ -38,42 +36,72 @@ pub(crate) struct Corners<'a> {
     planes: &'a [Option<PlaneMask>],
     /// The item looked at last, and the matrix of its vertices.
     item: Option<(usize, DMat4)>,
-    /// Triangle `id` is in slot `id % SLOTS` or nowhere.
-    slots: Vec<Option<Ready<'a>>>,
+    slots: &'a mut CornerSlots,
 }
 
+/// Memory of [`Corners`], good for one frame: triangle `id` is in slot `id % SLOTS` or nowhere.
+#[derive(Debug, Default)]
+pub(crate) struct CornerSlots(Vec<Ready>);
+
 /// A triangle by its id.
-pub(crate) type Ready<'a> = (u32, VisibleTriangle<'a>, Interpolator);
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Ready {
+    id: u32,
+    item_idx: u32,
+    pub corners: [u32; 3],
+    front: bool,
+    pub interpolator: Interpolator,
+}
 
 /// About as many triangles as a row of a picture meets.
 const SLOTS: usize = 512;
 
+impl CornerSlots {
+    /// Forgets the frame before.
+    pub(crate) fn forget(&mut self) {
+        for slot in &mut self.0 {
+            slot.id = NO_TRIANGLE;
+        }
+    }
+
+    /// Memory held.
+    pub(crate) fn bytes(&self) -> usize {
+        self.0.capacity() * size_of::<Ready>()
+    }
+}
+
 impl<'a> Corners<'a> {
+    /// `slots` have forgotten all frames but this.
     pub(crate) fn new(
         prepared: &'a Prepared,
         view: &'a View,
         planes: &'a [Option<PlaneMask>],
+        slots: &'a mut CornerSlots,
     ) -> Self {
-        Corners { prepared, view, planes, item: None, slots: Vec::new() }
+        Corners { prepared, view, planes, item: None, slots }
     }
 
     /// Triangle `id` of the whole scene.
-    pub(crate) fn of(&mut self, id: u32) -> (&VisibleTriangle<'a>, &Interpolator) {
-        if self.slots.is_empty() {
-            self.slots.resize_with(SLOTS, || None);
-        }
-        let slot = id as usize % SLOTS;
-        if self.slots[slot].as_ref().is_none_or(|(known, ..)| *known != id) {
-            self.slots[slot] = Some(self.look_up(id));
-        }
-        match &self.slots[slot] {
-            Some((_, triangle, interpolator)) => (triangle, interpolator),
-            None => unreachable!("it was just put there"),
-        }
+    pub(crate) fn of(&mut self, id: u32) -> (VisibleTriangle<'a>, &Interpolator) {
+        let prepared = self.prepared;
+        let Ready { item_idx, front, interpolator, .. } = self.ready(id);
+        (VisibleTriangle::new(prepared, *item_idx as usize, id, *front), interpolator)
     }
 
-    /// Triangle `id`, not kept.
-    pub(crate) fn look_up(&mut self, id: u32) -> Ready<'a> {
+    /// What is kept of it.
+    pub(crate) fn ready(&mut self, id: u32) -> &Ready {
+        let slot = id as usize % SLOTS;
+        if self.slots.0.get(slot).is_none_or(|ready| ready.id != id) {
+            let ready = self.look_up(id);
+            if self.slots.0.is_empty() {
+                self.slots.0.resize(SLOTS, Ready { id: NO_TRIANGLE, ..ready });
+            }
+            self.slots.0[slot] = ready;
+        }
+        &self.slots.0[slot]
+    }
+
+    fn look_up(&mut self, id: u32) -> Ready {
         let (item_idx, clip_from_model) = match self.item {
             Some(last) if self.prepared.items()[last.0].holds(id) => last,
             _ => {
@@ -83,12 +111,17 @@ impl<'a> Corners<'a> {
             }
         };
         self.item = Some((item_idx, clip_from_model));
-        let mut triangle = VisibleTriangle::new(self.prepared, item_idx, id, true);
-        let corners = triangle.positions().map(|p| ClipPoint::from_model(&clip_from_model, p));
+        let triangle = VisibleTriangle::new(self.prepared, item_idx, id, true);
+        let points = triangle.positions().map(|p| ClipPoint::from_model(&clip_from_model, p));
         let planes = self.planes[item_idx].unwrap_or_default();
         let interpolator =
-            Interpolator::new::<SUBPIXEL_BITS>(self.view.viewport(), &corners, planes);
-        triangle.front = interpolator.is_clockwise() == triangle.item.mirrored;
-        (id, triangle, interpolator)
+            Interpolator::new::<SUBPIXEL_BITS>(self.view.viewport(), &points, planes);
+        Ready {
+            id,
+            item_idx: item_idx as u32,
+            corners: triangle.corners,
+            front: interpolator.is_clockwise() == triangle.item.mirrored,
+            interpolator,
+        }
     }
 }
