@@ -195,8 +195,8 @@ impl Job<'_> {
             let turned = if clockwise >> lane & 1 == 1 { [a, b, c, 0] } else { [a, c, b, 0] };
             out.corners[out.n] = turned;
             out.ids[out.n] = self.object.first_id + self.cluster.ids[first + lane];
-            for side in 0..4 {
-                out.borders[side][out.n] = borders[side][lane];
+            for (list, border) in out.borders.iter_mut().zip(&borders) {
+                list[out.n] = border[lane];
             }
             out.n += 1;
         }

@@ -74,11 +74,11 @@ impl<S: Simd> Small<S> {
         let (first_x, first_y) = (widened(simd, self.x + left), widened(simd, self.y + top));
         let mut shifts = [[zero; 3]; N];
         for sample in 0..N {
-            let [sx, sy] = offsets[sample];
-            for edge in 0..3 {
-                let way = (self.down[edge] * sy - self.left[edge] * sx) * 16;
-                shifts[sample][edge] = (self.rest[edge] + way) >> 8;
-            }
+            shifts[sample] = [
+                self.shift(0, offsets[sample]),
+                self.shift(1, offsets[sample]),
+                self.shift(2, offsets[sample]),
+            ];
         }
         let planes = self.planes(simd);
         let [keys_start, ids_start] = tile.starts;
@@ -137,6 +137,14 @@ impl<S: Simd> Small<S> {
         }
         self.touch(tile, touched);
         written
+    }
+
+    /// What a sample away from the centre adds to the values of an edge.
+    #[inline(always)]
+    fn shift(&self, edge: usize, [x, y]: Offset) -> i32x8<S> {
+        // Per pixel `left` units of 256; per sixteenth sixteen of them.
+        let way = (self.down[edge] * y - self.left[edge] * x) * 16;
+        (self.rest[edge] + way) >> 8
     }
 
     /// Notes where the triangles of `lanes` have drawn.

@@ -144,6 +144,7 @@ impl<'a> Sampler<'a> {
 
     /// The colours of the first `n` eights of places, in steps of texels.
     #[inline(always)]
+    #[expect(clippy::needless_range_loop, reason = "iterators over vectors may become calls")]
     pub fn blend_all<S: Simd>(
         &self,
         simd: S,
