@@ -10,8 +10,6 @@ use cullet_raster::{MAX_TRIANGLES, MAX_VERTICES};
 use cullet_scene::Mesh;
 use glam::{DVec3, Vec3};
 
-/// Most triangles of a cluster.
-
 /// The clusters of a mesh.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Clusters {
