@@ -37,6 +37,7 @@ mod screen_box;
 mod settings;
 mod shading;
 mod stats;
+mod supersample;
 mod tile_data;
 mod tile_shader;
 mod tiles;

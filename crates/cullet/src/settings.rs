@@ -78,8 +78,11 @@ impl Default for Settings {
     }
 }
 
-/// How many samples of a pixel find out what is visible there. Each triangle seen in a pixel is
-/// shaded once: edges are smoothed, textures and lights are not.
+/// How many samples of a pixel find out what is visible there, and how many are shaded.
+///
+/// With several samples (`Msaa`) each triangle seen in a pixel is shaded once: edges are smoothed,
+/// textures and lights are not. With supersampling (`Ssaa`) every sample is shaded: the picture is
+/// drawn with more pixels and averaged, which costs as much as those pixels do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Antialias {
     /// One, at the centre.
@@ -90,6 +93,22 @@ pub enum Antialias {
     Msaa4,
     /// Eight.
     Msaa8,
+    /// Two by two pixels for each, averaged in linear light.
+    Ssaa4,
+    /// Four by four.
+    Ssaa16,
+}
+
+impl Antialias {
+    /// Pixels drawn for each one along a side. A picture whose sides times this exceed
+    /// [`MAX_SIDE`](cullet_transform::MAX_SIDE) is drawn with half as many, or with one.
+    pub const fn per_side(self) -> u32 {
+        match self {
+            Antialias::None | Antialias::Msaa2 | Antialias::Msaa4 | Antialias::Msaa8 => 1,
+            Antialias::Ssaa4 => 2,
+            Antialias::Ssaa16 => 4,
+        }
+    }
 }
 
 /// Who finds what is visible.

@@ -9,6 +9,7 @@ use cullet_raster::{
 
 use crate::bins::{Bins, Grid};
 use crate::shading::Scene;
+use crate::supersample::FineTile;
 use crate::tile_shader::ShadeScratch;
 use crate::visibility::Corners;
 use crate::visible_clusters::{VisibleCluster, VisibleClusters};
@@ -20,6 +21,8 @@ pub(crate) struct TileDrawer<'a> {
     pub bins: &'a Bins,
     pub clusters: &'a VisibleClusters,
     pub samples: Samples,
+    /// Pixels drawn for each one of the frame along a side.
+    pub per_side: u32,
 }
 
 /// Memory of one thread, and what it did.
@@ -27,6 +30,7 @@ pub(crate) struct TileDrawer<'a> {
 pub(crate) struct TileScratch {
     pub raster: RasterScratch,
     pub shade: ShadeScratch,
+    pub fine: FineTile,
     pub done: Done,
 }
 
@@ -100,6 +104,7 @@ impl TileScratch {
         self.raster.buffer.bytes()
             + self.raster.assemblies.bytes()
             + self.shade.bytes()
+            + self.fine.bytes()
             + size_of::<Self>()
     }
 }

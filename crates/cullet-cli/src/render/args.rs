@@ -50,7 +50,8 @@ pub struct RenderArgs {
     #[arg(long, value_enum, default_value = "trilinear")]
     pub texture: TextureFilter,
     /// How edges are smoothed: so many samples of each pixel find out what is visible, and each triangle
-    /// seen there is shaded once. Data passes and the ray caster take one sample at the centre
+    /// seen there is shaded once (msaa), or every sample is shaded (ssaa: four or sixteen times the work).
+    /// Data passes and the ray caster take one sample at the centre
     #[arg(long, value_enum, default_value = "msaa4")]
     pub aa: Antialiasing,
     /// Kinds of picture; several put their name before the extension (x.png: x.color.png)
@@ -145,6 +146,10 @@ pub enum Antialiasing {
     Msaa4,
     /// Eight samples
     Msaa8,
+    /// Two by two pixels for each, all shaded
+    Ssaa4,
+    /// Four by four pixels for each, all shaded
+    Ssaa16,
 }
 
 /// `--cull`.
@@ -271,6 +276,8 @@ impl RenderArgs {
                 Antialiasing::Msaa2 => Antialias::Msaa2,
                 Antialiasing::Msaa4 => Antialias::Msaa4,
                 Antialiasing::Msaa8 => Antialias::Msaa8,
+                Antialiasing::Ssaa4 => Antialias::Ssaa4,
+                Antialiasing::Ssaa16 => Antialias::Ssaa16,
             },
             hierarchy: self.hierarchy == Switch::On,
             occlusion: self.occlusion == Switch::On,

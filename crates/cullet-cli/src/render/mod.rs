@@ -12,6 +12,7 @@ use std::time::{Duration, Instant};
 use clap::ValueEnum;
 use cpu_time::ProcessTime;
 use cullet::scene::Images;
+use cullet::transform::MAX_SIDE;
 use cullet::{
     Camera, Frame, FrameStats, Pass, Passes, Prepared, Region, Renderer, Settings, View, Viewport,
     legend,
@@ -55,6 +56,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let region = region(args, viewport)?;
     warnings.extend(check_numbers(&pictures, &prepared)?);
     check_sizes(args, &pictures, region, viewport)?;
+    check_supersampling(&settings, viewport)?;
     let view = View::new(&camera, viewport);
     let mut frame = Frame::default();
     let frames = draw(args, &prepared, &view, &settings, &mut frame)?;
@@ -177,6 +179,19 @@ fn check_sizes(
                 format.max_side()
             )));
         }
+    }
+    Ok(())
+}
+
+/// Supersampling draws a larger picture, which must not be too large itself.
+fn check_supersampling(settings: &Settings, viewport: Viewport) -> Result<(), Failure> {
+    let (n, longest) = (settings.antialias.per_side(), viewport.width().max(viewport.height()));
+    if settings.passes.needs_color() && longest > MAX_SIDE / n {
+        return Err(Failure::limit(format!(
+            "--aa ssaa{} draws {n} times {longest} pixels along a side, more than {MAX_SIDE}; \
+             make --size smaller or choose another --aa",
+            n * n
+        )));
     }
     Ok(())
 }
