@@ -12,7 +12,9 @@ use glam::{DMat4, DVec3};
 use crate::clip::{GuardBand, Polygon};
 use crate::fixed::Fixed;
 use crate::placed::{Lens, Placed};
-use crate::setup::{Facing, ScreenTriangle, SetupCounters, finish, whole};
+use crate::plain;
+use crate::precision::Precision;
+use crate::setup::{Facing, ScreenTriangle, SetupCounters, Vertex, finish, whole};
 
 /// Subpixel bits of the fast path.
 pub(crate) const BITS: u32 = 8;
@@ -49,6 +51,8 @@ pub struct Object {
     pub facing: Facing,
     /// Id of the object's first triangle.
     pub first_id: u32,
+    /// How exactly it is drawn.
+    pub precision: Precision,
 }
 
 /// A cluster in a view, whatever the tile and the samples.
@@ -63,8 +67,11 @@ pub struct Assembly {
     /// Borders, units: left, right, upper, lower. The last group of eight is filled up with
     /// what no tile reaches.
     pub(crate) borders: [[i32; MAX_TRIANGLES]; 4],
-    /// Clipped and large triangles.
+    /// Clipped and large triangles; all of them where the wide code does not serve.
     pub(crate) pieces: Vec<ScreenTriangle>,
+    pub(crate) precision: Precision,
+    /// Of the plain way.
+    vertices: Vec<Vertex>,
     counters: SetupCounters,
 }
 
@@ -77,6 +84,8 @@ impl Default for Assembly {
             ids: [0; MAX_TRIANGLES],
             borders: [[0; MAX_TRIANGLES]; 4],
             pieces: Vec::new(),
+            precision: Precision::default(),
+            vertices: Vec::new(),
             counters: SetupCounters::default(),
         }
     }
@@ -88,14 +97,20 @@ const NOWHERE: [i32; 2] = [i32::MAX / 2, i32::MIN / 2];
 impl Assembly {
     /// Makes it that of `cluster`; the same on every `level`.
     pub fn assemble(&mut self, level: Level, cluster: &Cluster<'_>, object: &Object) {
+        self.n = 0;
+        self.pieces.clear();
+        self.precision = object.precision;
+        if !object.precision.is_wide() {
+            let Assembly { vertices, pieces, .. } = self;
+            self.counters = plain::assemble(cluster, object, vertices, pieces);
+            return;
+        }
         let lens = Lens {
             clip_from_model: object.clip_from_model,
             viewport: object.viewport,
             planes: object.planes,
             guard: GuardBand::new(object.viewport, BITS),
         };
-        self.n = 0;
-        self.pieces.clear();
         let n = cluster.corners.len().min(MAX_TRIANGLES);
         self.counters = SetupCounters { n_in: n as u64, ..SetupCounters::default() };
         let mut job = Job { out: self, cluster, object, lens };
@@ -110,6 +125,7 @@ impl Assembly {
     /// Memory held beside the assembly itself.
     pub fn bytes(&self) -> usize {
         self.pieces.capacity() * size_of::<ScreenTriangle>()
+            + self.vertices.capacity() * size_of::<Vertex>()
     }
 }
 

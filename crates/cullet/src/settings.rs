@@ -1,14 +1,12 @@
 //! How well and how to draw, as against what (`Prepared`) and from where (`View`).
 
+use cullet_raster::{DepthKind, Precision, SubpixelBits};
 use cullet_shade::{Filter, Light, Shading};
 use cullet_transform::View;
 use glam::Vec4;
 
 use crate::{Passes, Region};
 use cullet_cull::{Test as CullTest, wide::Level};
-
-/// Subpixel positions: 24.8 fixed point.
-pub(crate) const SUBPIXEL_BITS: u32 = 8;
 
 /// The knobs of a frame. `cull`, `hierarchy`, `simd` and `threads` change only how
 /// long a frame takes, never what is in it.
@@ -26,6 +24,11 @@ pub struct Settings {
     pub filter: Filter,
     /// How edges are smoothed. Data passes always take one sample at the pixel's centre.
     pub antialias: Antialias,
+    /// The grid that vertices are snapped to: how far edges move. Only the default has the fast code.
+    pub subpixel_bits: SubpixelBits,
+    /// What is kept of a sample's depth: how far apart things must be to be told apart. Only the
+    /// default has the fast code.
+    pub depth_format: DepthKind,
     /// The test that throws out objects before any vertex work. Never changes a pixel.
     pub cull: CullTest,
     /// Ask the tree over all objects first, where it serves the test (`PVertex`, `Both`, `Sat`).
@@ -64,6 +67,8 @@ impl Default for Settings {
             light: Light::default(),
             filter: Filter::Trilinear,
             antialias: Antialias::Msaa4,
+            subpixel_bits: SubpixelBits::default(),
+            depth_format: DepthKind::default(),
             cull: CullTest::Both,
             hierarchy: true,
             occlusion: true,
@@ -75,6 +80,12 @@ impl Default for Settings {
             renderer: RendererKind::Raster,
             region: None,
         }
+    }
+}
+
+impl Settings {
+    pub(crate) fn precision(&self) -> Precision {
+        Precision { subpixel_bits: self.subpixel_bits, depth: self.depth_format }
     }
 }
 

@@ -15,7 +15,6 @@ use glam::Vec4;
 
 use crate::frame::Target;
 use crate::multisample::EdgeScratch;
-use crate::settings::SUBPIXEL_BITS;
 use crate::shading::{Scene, encode, encode_linear, fill_background, fill_run};
 use crate::tile_data::{Distance, fill_data};
 use crate::visibility::{Corners, scan};
@@ -74,7 +73,7 @@ struct Draw {
     item: usize,
     first_triangle: u32,
     n_triangles: u32,
-    placement: Placement<SUBPIXEL_BITS>,
+    placement: Placement,
     needs: Needs,
     paint: u32,
     /// Triangles of the batch, and where the next of them goes in the list.
@@ -152,7 +151,11 @@ impl<'a> TileShader<'a> {
     /// `scratch` has begun the frame of `scene`.
     pub(crate) fn new(scene: Scene<'a>, scratch: &'a mut ShadeScratch) -> Self {
         scratch.draws.of_item.resize(scene.prepared.items().len(), 0);
-        TileShader { scene, scratch, distance: Distance::new(scene.view) }
+        TileShader {
+            scene,
+            scratch,
+            distance: Distance::new(scene.view, scene.settings.depth_format),
+        }
     }
 
     /// Fills passes of a rectangle of the picture, whose upper left pixel is at `place` in `tile`.
@@ -200,7 +203,7 @@ impl<'a> TileShader<'a> {
             n_pixels = n;
             let left = data.without(filled);
             if left != Passes::NONE {
-                let mut corners = Corners::new(scene.prepared, scene.view, scene.planes);
+                let mut corners = Corners::new(&scene);
                 scan(&mut corners, rect, ids, stride, &mut |run, triangle| {
                     let start = (run.y - rect.y) as usize * out.stride + (run.x - rect.x) as usize;
                     fill_run(&scene, out, start, triangle, &run, left);
@@ -403,7 +406,7 @@ impl<'a> TileShader<'a> {
         let scene = self.scene;
         let scratch = &*self.scratch;
         let list = if unsorted { &scratch.pixels } else { &scratch.sorted };
-        let mut corners = Corners::new(scene.prepared, scene.view, scene.planes);
+        let mut corners = Corners::new(&scene);
         for &i in &scratch.left {
             let pixel = &list[first + i as usize];
             let (_, triangle, interpolator) = corners.look_up(scratch.ids[pixel.record as usize]);
@@ -535,6 +538,7 @@ impl Draws {
                     scene.view.clip_from_model(&item.world_from_model),
                     scene.view.viewport(),
                     scene.planes[item_idx].unwrap_or_default(),
+                    scene.settings.subpixel_bits,
                 ),
                 needs,
                 paint: paint as u32,
@@ -625,7 +629,7 @@ mod tests {
     fn off_centre_colours_are_those_of_the_plain_code() {
         for_each_scene(|shader, _, ids| {
             let scene = shader.scene;
-            let mut corners = Corners::new(scene.prepared, scene.view, scene.planes);
+            let mut corners = Corners::new(&scene);
             let mut wanted = Vec::new();
             for (i, &id) in ids.iter().enumerate().filter(|(_, id)| **id != NO_TRIANGLE) {
                 let [x, y] = [i as i32 % SIZE[0] as i32, i as i32 / SIZE[0] as i32];

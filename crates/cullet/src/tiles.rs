@@ -118,11 +118,11 @@ impl TileDrawer<'_> {
         [column, row]: [u32; 2],
         samples: Samples,
     ) {
-        let Scene { prepared, view, settings, planes } = self.scene;
+        let Scene { prepared, settings, .. } = self.scene;
         let Grid { side, first, size } = self.grid;
         let origin = [(first[0] + column) * side, (first[1] + row) * side];
         scratch.buffer.begin(origin, side as usize, samples);
-        let mut corners = Corners::new(prepared, view, planes);
+        let mut corners = Corners::new(&self.scene);
         for &place in self.bins.of((row * size[0] + column) as usize) {
             let cluster = self.clusters.at(place);
             let rect = part(cluster, origin, side);
@@ -156,6 +156,7 @@ impl TileDrawer<'_> {
             planes: cluster.planes,
             facing: item.facing,
             first_id: item.first_triangle,
+            precision: settings.precision(),
         };
         let clusters = prepared.clusters(cluster.item_idx as usize);
         out.assemble(settings.simd, &clusters.geometry(cluster.cluster_idx as usize), &object);

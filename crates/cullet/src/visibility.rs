@@ -1,12 +1,11 @@
 //! Triangles by their ids: from the visibility buffer back to corners, one by one.
 
 use cullet_raster::{Interpolator, NO_TRIANGLE};
-use cullet_transform::{ClipPoint, PlaneMask, View};
+use cullet_transform::ClipPoint;
 use glam::DMat4;
 
-use crate::settings::SUBPIXEL_BITS;
-use crate::shading::{Emit, Places, Run, VisibleTriangle};
-use crate::{Prepared, Region};
+use crate::Region;
+use crate::shading::{Emit, Places, Run, Scene, VisibleTriangle};
 
 /// Hands out the runs of pixels of `rect` that show one triangle each, row by row. `ids` begin at
 /// its upper left pixel and have `stride` of them in a row.
@@ -33,9 +32,7 @@ pub(crate) fn scan<'a>(
 /// Triangles ready to be interpolated over: those asked for lately are kept, since most triangles
 /// are met again in the next row.
 pub(crate) struct Corners<'a> {
-    prepared: &'a Prepared,
-    view: &'a View,
-    planes: &'a [Option<PlaneMask>],
+    scene: Scene<'a>,
     /// The item looked at last, and the matrix of its vertices.
     item: Option<(usize, DMat4)>,
     /// Triangle `id` is in slot `id % SLOTS` or nowhere.
@@ -49,12 +46,8 @@ pub(crate) type Ready<'a> = (u32, VisibleTriangle<'a>, Interpolator);
 const SLOTS: usize = 512;
 
 impl<'a> Corners<'a> {
-    pub(crate) fn new(
-        prepared: &'a Prepared,
-        view: &'a View,
-        planes: &'a [Option<PlaneMask>],
-    ) -> Self {
-        Corners { prepared, view, planes, item: None, slots: Vec::new() }
+    pub(crate) fn new(scene: &Scene<'a>) -> Self {
+        Corners { scene: *scene, item: None, slots: Vec::new() }
     }
 
     /// Triangle `id` of the whole scene.
@@ -74,20 +67,20 @@ impl<'a> Corners<'a> {
 
     /// Triangle `id`, not kept.
     pub(crate) fn look_up(&mut self, id: u32) -> Ready<'a> {
+        let Scene { prepared, view, settings, planes } = self.scene;
         let (item_idx, clip_from_model) = match self.item {
-            Some(last) if self.prepared.items()[last.0].holds(id) => last,
+            Some(last) if prepared.items()[last.0].holds(id) => last,
             _ => {
-                let item_idx = self.prepared.item_of(id);
-                let item = &self.prepared.items()[item_idx];
-                (item_idx, self.view.clip_from_model(&item.world_from_model))
+                let item_idx = prepared.item_of(id);
+                let item = &prepared.items()[item_idx];
+                (item_idx, view.clip_from_model(&item.world_from_model))
             }
         };
         self.item = Some((item_idx, clip_from_model));
-        let mut triangle = VisibleTriangle::new(self.prepared, item_idx, id, true);
+        let mut triangle = VisibleTriangle::new(prepared, item_idx, id, true);
         let corners = triangle.positions().map(|p| ClipPoint::from_model(&clip_from_model, p));
-        let planes = self.planes[item_idx].unwrap_or_default();
-        let interpolator =
-            Interpolator::new::<SUBPIXEL_BITS>(self.view.viewport(), &corners, planes);
+        let planes = planes[item_idx].unwrap_or_default();
+        let interpolator = settings.subpixel_bits.interpolator(view.viewport(), &corners, planes);
         triangle.front = interpolator.is_clockwise() == triangle.item.mirrored;
         (id, triangle, interpolator)
     }

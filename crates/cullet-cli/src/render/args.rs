@@ -4,7 +4,10 @@ use std::num::NonZeroU32;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use cullet::{Antialias, CullTest, Filter, Level, Light, Region, RendererKind, Shading};
+use cullet::{
+    Antialias, CullTest, DepthKind, Filter, Level, Light, Region, RendererKind, Shading,
+    SubpixelBits,
+};
 use glam::{Vec3, Vec4};
 
 use super::passes::PassName;
@@ -54,6 +57,14 @@ pub struct RenderArgs {
     /// Data passes and the ray caster take one sample at the centre
     #[arg(long, value_enum, default_value = "msaa4")]
     pub aa: Antialiasing,
+    /// Bits of the grid below the pixel that vertices are snapped to: edges move by up to 1/32, 1/512,
+    /// 1/8192 or 1/131072 px. Only 8 has the fast code
+    #[arg(long, value_enum, default_value = "8")]
+    pub subpixel_bits: SubpixelBitsName,
+    /// What is kept of a sample's depth: how far apart things must be to be told apart (docs/depth.md
+    /// has the figures). Only f32 has the fast code
+    #[arg(long, value_enum, default_value = "f32")]
+    pub depth_format: DepthName,
     /// Kinds of picture; several put their name before the extension (x.png: x.color.png)
     #[arg(long, value_enum, value_delimiter = ',', default_value = "color")]
     pub passes: Vec<PassName>,
@@ -150,6 +161,36 @@ pub enum Antialiasing {
     Ssaa4,
     /// Four by four pixels for each, all shaded
     Ssaa16,
+}
+
+/// `--subpixel-bits`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum SubpixelBitsName {
+    /// Sixteenths of a pixel
+    #[value(name = "4")]
+    Four,
+    /// The rule of Direct3D
+    #[value(name = "8")]
+    Eight,
+    /// For comparison
+    #[value(name = "12")]
+    Twelve,
+    /// For comparison; triangles are clipped sooner
+    #[value(name = "16")]
+    Sixteen,
+}
+
+/// `--depth-format`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum DepthName {
+    /// Float, reversed: 1 at the near plane
+    F32,
+    /// Float, 0 at the near plane
+    F32Standard,
+    /// 24-bit integer, 0 at the near plane
+    U24,
+    /// 16-bit integer, 0 at the near plane
+    U16,
 }
 
 /// `--cull`.
@@ -278,6 +319,18 @@ impl RenderArgs {
                 Antialiasing::Msaa8 => Antialias::Msaa8,
                 Antialiasing::Ssaa4 => Antialias::Ssaa4,
                 Antialiasing::Ssaa16 => Antialias::Ssaa16,
+            },
+            subpixel_bits: match self.subpixel_bits {
+                SubpixelBitsName::Four => SubpixelBits::Four,
+                SubpixelBitsName::Eight => SubpixelBits::Eight,
+                SubpixelBitsName::Twelve => SubpixelBits::Twelve,
+                SubpixelBitsName::Sixteen => SubpixelBits::Sixteen,
+            },
+            depth_format: match self.depth_format {
+                DepthName::F32 => DepthKind::ReversedF32,
+                DepthName::F32Standard => DepthKind::StandardF32,
+                DepthName::U24 => DepthKind::StandardU24,
+                DepthName::U16 => DepthKind::StandardU16,
             },
             hierarchy: self.hierarchy == Switch::On,
             occlusion: self.occlusion == Switch::On,

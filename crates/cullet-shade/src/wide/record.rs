@@ -40,11 +40,11 @@ pub struct ColorPlanes {
 
 /// Triangles of one object in one block.
 #[derive(Clone, Copy, Debug)]
-pub struct Group<'a, const BITS: u32> {
+pub struct Group<'a> {
     /// The object.
     pub surface: Surface<'a>,
     /// Where it is on the screen.
-    pub placement: &'a Placement<BITS>,
+    pub placement: &'a Placement,
     /// What its colour needs.
     pub needs: Needs,
     /// The object is mirrored: its front faces run clockwise.
@@ -57,9 +57,9 @@ pub struct Group<'a, const BITS: u32> {
 
 /// Makes the records of `wanted`: pairs of a triangle of the mesh and its place in `records`, and
 /// in `colors` if vertex colours are needed.
-pub fn set_up<const BITS: u32>(
+pub fn set_up(
     simd: Level,
-    group: &Group<'_, BITS>,
+    group: &Group<'_>,
     wanted: &[(u32, u32)],
     records: &mut [Record],
     colors: &mut [ColorPlanes],
@@ -68,9 +68,9 @@ pub fn set_up<const BITS: u32>(
 }
 
 #[inline(always)]
-fn set_up_all<S: Simd, const BITS: u32>(
+fn set_up_all<S: Simd>(
     simd: S,
-    group: &Group<'_, BITS>,
+    group: &Group<'_>,
     wanted: &[(u32, u32)],
     records: &mut [Record],
     colors: &mut [ColorPlanes],
@@ -144,7 +144,7 @@ struct Attributes<'a, S: Simd> {
 
 impl<'a, S: Simd> Attributes<'a, S> {
     #[inline(always)]
-    fn new<const BITS: u32>(simd: S, group: &'a Group<'_, BITS>) -> Self {
+    fn new(simd: S, group: &'a Group<'_>) -> Self {
         let Group { surface, needs, .. } = group;
         let (mut uvs, mut periods, mut transform) = (None, [0.0; 2], None);
         if let (Some(used), Some(texture)) = (&surface.material.base_color_texture, surface.texture)

@@ -1,6 +1,6 @@
 //! Wide code against the plain code, and against itself in other groups.
 
-use cullet_raster::{BLOCK, Interpolator, Placement};
+use cullet_raster::{BLOCK, Interpolator, Placement, SubpixelBits};
 use cullet_scene::{Material, Mesh, Sampler, TextureRef, Wrap};
 use cullet_transform::{Camera, ClipPoint, PlaneMask, Projection, View, Viewport};
 use fearless_simd::Level;
@@ -14,7 +14,6 @@ use crate::{Filter, Light, Look, Needs, Shading, Surface, Texture, Triangle, sha
 
 const WRAPS: [Wrap; 3] = [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp];
 const SIZE: u32 = 128;
-const BITS: u32 = 8;
 
 fn look(filter: Filter, simd: Level) -> Look {
     Look { light: Light::default(), filter, simd }
@@ -156,6 +155,7 @@ struct Seen<'a> {
     needs: Needs,
     view: View,
     planes: PlaneMask,
+    bits: SubpixelBits,
 }
 
 impl Seen<'_> {
@@ -163,7 +163,8 @@ impl Seen<'_> {
         let mut out = vec![Vec4::NAN; places.len()];
         let mut all_left = Vec::new();
         let clip_from_model = self.view.clip_from_model(&self.surface.world_from_model);
-        let placement = Placement::<BITS>::new(clip_from_model, self.view.viewport(), self.planes);
+        let placement =
+            Placement::new(clip_from_model, self.view.viewport(), self.planes, self.bits);
         let block_of = |place: &[f32; 2]| place.map(|at| at as u32 / BLOCK * BLOCK);
         let mut blocks: Vec<[u32; 2]> = places.iter().map(block_of).collect();
         blocks.sort();
@@ -201,7 +202,7 @@ impl Seen<'_> {
             let position = self.surface.mesh.positions[i].as_dvec3();
             ClipPoint::from_model(&clip_from_model, position)
         });
-        Interpolator::new::<BITS>(self.view.viewport(), &corners, self.planes)
+        self.bits.interpolator(self.view.viewport(), &corners, self.planes)
     }
 
     fn plain(&self, place: [f32; 2], look: &Look) -> Vec4 {
@@ -244,7 +245,8 @@ fn errors(name: &str, n: usize, corners: impl Fn(&mut Random) -> [Vec3; 3]) -> V
         let all = Needs::of(&mesh, &material, Shading::Lambert);
         let unlit = Needs::of(&mesh, &material, Shading::Unlit);
         for needs in [all, unlit, Needs::TEXTURE, Needs::LIT, Needs::VERTEX_COLOR] {
-            let seen = Seen { surface, needs, view: view(), planes: PlaneMask::ALL };
+            let bits = SubpixelBits::ALL[(i + 1) % 4];
+            let seen = Seen { surface, needs, view: view(), planes: PlaneMask::ALL, bits };
             let mut places = seen.inside();
             places.truncate(200);
             let look = look(Filter::Trilinear, Level::new());
@@ -302,7 +304,8 @@ fn groups_and_instruction_sets_change_nothing() {
     let material = textured(Some(glam::Affine2::from_angle(0.3)));
     let surface = Surface::new(&mesh, &material, Some(&texture), DAffine3::IDENTITY);
     let needs = Needs::of(&mesh, &material, Shading::Lambert);
-    let seen = Seen { surface, needs, view: view(), planes: PlaneMask::ALL };
+    let bits = SubpixelBits::Eight;
+    let seen = Seen { surface, needs, view: view(), planes: PlaneMask::ALL, bits };
     let mut places = seen.inside();
     places.truncate(1003);
     let look = look(Filter::Trilinear, Level::new());
