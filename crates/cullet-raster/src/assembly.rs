@@ -7,14 +7,14 @@
 
 use cullet_transform::{ClipPoint, PlaneMask, Viewport};
 use fearless_simd::{Level, Simd, dispatch, i32x8, prelude::*};
-use glam::{DMat4, DVec3};
+use glam::{DMat4, Vec3};
 
 use crate::clip::{GuardBand, Polygon};
 use crate::fixed::Fixed;
 use crate::placed::{Lens, Placed};
 use crate::plain;
-use crate::precision::Precision;
-use crate::setup::{Facing, ScreenTriangle, SetupCounters, Vertex, finish, whole};
+use crate::precision::{Precision, Transforms};
+use crate::setup::{Facing, Placer, ScreenTriangle, SetupCounters, Vertex, whole};
 
 /// Subpixel bits of the fast path.
 pub(crate) const BITS: u32 = 8;
@@ -139,7 +139,11 @@ struct Job<'j> {
 impl Job<'_> {
     #[inline(always)]
     fn run<S: Simd>(&mut self, simd: S, n: usize) {
-        self.out.placed.place::<S, BITS>(simd, &self.lens, self.cluster.positions);
+        let (placed, positions) = (&mut self.out.placed, self.cluster.positions);
+        match self.object.precision.transforms {
+            Transforms::F64 => placed.place::<S, BITS>(simd, &self.lens, positions),
+            Transforms::F32 => placed.place_single::<S, BITS>(simd, &self.lens, positions),
+        }
         for first in (0..n).step_by(8) {
             self.eight(simd, first, (n - first).min(8));
         }
@@ -237,10 +241,9 @@ impl Job<'_> {
         let [a, b, c] = self.corners(index);
         let id = self.object.first_id + self.cluster.ids[index];
         let facing = self.object.facing;
-        let point = |i: usize| {
-            let point = DVec3::new(x[i].into(), y[i].into(), z[i].into());
-            ClipPoint::from_model(&self.lens.clip_from_model, point)
-        };
+        let transforms = self.object.precision.transforms;
+        let point =
+            |i: usize| transforms.clip(&self.lens.clip_from_model, Vec3::new(x[i], y[i], z[i]));
         let Assembly { placed, pieces, counters, .. } = &mut *self.out;
         let cuts = PlaneMask::from_bits(placed.cuts[a] | placed.cuts[b] | placed.cuts[c]);
         let outcome = if cuts.is_empty() {
@@ -254,7 +257,8 @@ impl Job<'_> {
                 return;
             }
             let polygon = self.lens.guard.clip(Polygon::triangle(&points), cuts);
-            finish::<BITS>(self.lens.viewport, polygon.corners(), facing, id, pieces)
+            let placer = Placer::<BITS>::with(transforms, self.lens.viewport, self.lens.planes);
+            placer.finish(polygon.corners(), facing, id, pieces)
         };
         counters.count(outcome, !cuts.is_empty());
     }

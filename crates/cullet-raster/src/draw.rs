@@ -400,12 +400,12 @@ fn in_tile(tile: &TileBuffer, triangle: &ScreenTriangle) -> Place {
 
 #[cfg(test)]
 mod tests {
-    use cullet_transform::{ClipPoint, PlaneMask, Viewport};
-    use glam::{DMat4, DVec3};
+    use cullet_transform::{PlaneMask, Viewport};
+    use glam::{DMat4, Vec3};
 
     use super::*;
     use crate::assembly::{Cluster, Object};
-    use crate::precision::{DepthKind, Precision, SubpixelBits};
+    use crate::precision::{DepthKind, Precision, SubpixelBits, Transforms};
     use crate::setup::{Facing, SetupCounters, Vertex};
     use crate::testing::levels;
     use crate::tile::CENTRE_COVERED;
@@ -474,11 +474,13 @@ mod tests {
         case: &Case,
         samples: Samples,
     ) -> (Vec<Vec<(i32, u32)>>, SetupCounters) {
-        let placer = crate::Placer::<BITS>::new(case.object.viewport, case.object.planes);
+        let Object { viewport, planes, precision, .. } = case.object;
+        let transforms = precision.transforms;
+        let placer = crate::Placer::<BITS>::with(transforms, viewport, planes);
         let [x, y, z] = &case.positions;
         let vertices = (0..x.len()).map(|i| {
-            let point = DVec3::new(x[i].into(), y[i].into(), z[i].into());
-            placer.place(ClipPoint::from_model(&case.object.clip_from_model, point))
+            let point = Vec3::new(x[i], y[i], z[i]);
+            placer.place(transforms.clip(&case.object.clip_from_model, point))
         });
         let vertices: Vec<Vertex> = vertices.collect();
         let (mut out, mut counters) = (Vec::new(), SetupCounters::default());
@@ -542,7 +544,8 @@ mod tests {
         let mut shown = 0;
         for round in 0..36 {
             let size = [0.02, 0.1, 0.6, 3.0, 40.0, 3000.0][round % 6];
-            let case = case(random, size, facings[round / 6 % 3]);
+            let mut case = case(random, size, facings[round / 6 % 3]);
+            case.object.precision.transforms = [Transforms::F64, Transforms::F32][round / 3 % 2];
             let samples = Samples::ALL[round / 2 % 4];
             let side = [32, 64, 128][round / 3 % 3];
             let (planes, counters) = expected::<8>(&case, samples);
@@ -600,7 +603,8 @@ mod tests {
         for (round, &(subpixel_bits, depth)) in all.as_flattened().iter().enumerate() {
             for size in [0.1, 0.6, 40.0] {
                 let mut case = case(random, size, facings[round % 3]);
-                case.object.precision = Precision { subpixel_bits, depth };
+                let transforms = [Transforms::F64, Transforms::F32][round / 2 % 2];
+                case.object.precision = Precision { transforms, subpixel_bits, depth };
                 let samples = Samples::ALL[(round + round / 4) % 4];
                 let (planes, counters) = match subpixel_bits {
                     SubpixelBits::Four => expected::<4>(&case, samples),

@@ -3,8 +3,7 @@
 //!
 //! [`crate::set_up`] decides what is drawn, 64-bit integers what it covers.
 
-use cullet_transform::ClipPoint;
-use glam::DVec3;
+use glam::Vec3;
 
 use crate::assembly::{Assembly, Cluster, Object};
 use crate::depth::{DepthFormat, ReversedF32, StandardF32, StandardU16, StandardU24};
@@ -35,12 +34,12 @@ fn assemble_on<const BITS: u32>(
     vertices: &mut Vec<Vertex>,
     out: &mut Vec<ScreenTriangle>,
 ) -> SetupCounters {
-    let placer = Placer::<BITS>::new(object.viewport, object.planes);
+    let transforms = object.precision.transforms;
+    let placer = Placer::<BITS>::with(transforms, object.viewport, object.planes);
     let [x, y, z] = cluster.positions;
     vertices.clear();
     vertices.extend((0..x.len()).map(|i| {
-        let point = DVec3::new(x[i].into(), y[i].into(), z[i].into());
-        placer.place(ClipPoint::from_model(&object.clip_from_model, point))
+        placer.place(transforms.clip(&object.clip_from_model, Vec3::new(x[i], y[i], z[i])))
     }));
     let mut counters = SetupCounters::default();
     for (corners, id) in cluster.corners.iter().zip(cluster.ids) {

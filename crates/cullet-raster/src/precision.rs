@@ -4,6 +4,7 @@
 //! sample, with the same rules on another grid or with other codes of depth.
 
 use cullet_transform::{ClipPoint, PlaneMask, Viewport};
+use glam::{DMat4, Vec3};
 
 use crate::depth::{DepthFormat, ReversedF32, StandardF32, StandardU16, StandardU24};
 use crate::fixed::{Fixed, guard_band, snap};
@@ -12,6 +13,8 @@ use crate::interpolate::Interpolator;
 /// How exactly positions and depths are held.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Precision {
+    /// The arithmetic that brings vertices to that grid.
+    pub transforms: Transforms,
     /// The grid that vertices are snapped to.
     pub subpixel_bits: SubpixelBits,
     /// What is kept of a sample's depth.
@@ -21,7 +24,63 @@ pub struct Precision {
 impl Precision {
     /// Whether the wide code of [`crate::draw()`] serves.
     pub(crate) fn is_wide(self) -> bool {
-        self == Precision::default()
+        let transforms = self.transforms;
+        self == Precision { transforms, ..Precision::default() }
+    }
+}
+
+/// The arithmetic of matrices, divide and snap, as far as the rasterizer goes: shading, culling and the
+/// ray caster are f64 always.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Transforms {
+    /// Exact to far below the grid, whatever the lens, offset or scale.
+    #[default]
+    F64,
+    /// Off by a few units of 2^-24 of the largest term: next to nothing where model coordinates are of
+    /// the size of what is seen, a good part of a pixel for models of 1e5 times that size or lenses
+    /// of .01 degrees. What culling throws out is decided by true positions, and may then show at the
+    /// border of a picture drawn without culling.
+    F32,
+}
+
+impl Transforms {
+    /// A model-space point in clip space. In f32 the result is one of f32, operation by operation
+    /// rounded.
+    pub fn clip(self, clip_from_model: &DMat4, point: Vec3) -> ClipPoint {
+        if self == Transforms::F64 {
+            return ClipPoint::from_model(clip_from_model, point.as_dvec3());
+        }
+        let m = clip_from_model.as_mat4();
+        let (i, j, k, t) = (m.x_axis, m.y_axis, m.z_axis, m.w_axis);
+        let sum = |axis: usize| {
+            f64::from(point.x * i[axis] + point.y * j[axis] + point.z * k[axis] + t[axis])
+        };
+        ClipPoint { x: sum(0), y: sum(1), z: sum(2), w: sum(3) }
+    }
+
+    /// [`snap`] in this arithmetic.
+    pub(crate) fn snap<const BITS: u32>(self, viewport: Viewport, point: &ClipPoint) -> Fixed {
+        if self == Transforms::F64 {
+            return snap::<BITS>(viewport, point);
+        }
+        let axis = |at: f64, half: f32, side: u32| {
+            let px = (0.5 + at as f32 / point.w as f32 * half) * side as f32;
+            let guard = guard_band(side, BITS) as f32;
+            let (low, high) = (-guard, side as f32 + guard);
+            // Compare and select, as there: NaN lands on the low border.
+            let px = if px > low { px } else { low };
+            let px = if px < high { px } else { high };
+            (px * (1u32 << BITS) as f32).round_ties_even() as i64
+        };
+        Fixed { x: axis(point.x, 0.5, viewport.width()), y: axis(point.y, -0.5, viewport.height()) }
+    }
+
+    /// Reversed depth in this arithmetic; division may round a clipped depth past the end.
+    pub(crate) fn depth(self, point: &ClipPoint) -> f64 {
+        match self {
+            Transforms::F64 => point.ndc().depth.clamp(0.0, 1.0),
+            Transforms::F32 => f64::from((point.z as f32 / point.w as f32).clamp(0.0, 1.0)),
+        }
     }
 }
 

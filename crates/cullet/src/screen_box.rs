@@ -6,7 +6,7 @@
 //! their sizes: Higham 2002, "Accuracy and Stability of Numerical Algorithms", 3.1.
 
 use cullet_cull::Aabb;
-use cullet_raster::{Precision, Samples};
+use cullet_raster::{Precision, Samples, Transforms};
 use cullet_transform::Viewport;
 use glam::DMat4;
 
@@ -39,7 +39,11 @@ impl ScreenBox {
         samples: Samples,
         precision: Precision,
     ) -> Self {
-        let [x, y, z, w] = [0, 1, 2, 3].map(|row| Row::new(clip_from_model, row, bounds));
+        let ulp = match precision.transforms {
+            Transforms::F64 => 16.0 * f64::EPSILON,
+            Transforms::F32 => 16.0 * f64::from(f32::EPSILON),
+        };
+        let [x, y, z, w] = [0, 1, 2, 3].map(|row| Row::new(clip_from_model, row, bounds, ulp));
         let nearest_w = w.values.iter().fold(f64::INFINITY, |least, w| least.min(*w)) - w.error;
         if !(nearest_w > 0.0 && nearest_w.is_finite()) {
             return ScreenBox::everywhere(viewport, precision);
@@ -52,10 +56,10 @@ impl ScreenBox {
                 (low, high) = (low.min(ndc), high.max(ndc));
             }
             let largest = low.abs().max(high.abs());
-            let error = (row.error + largest * w.error) / nearest_w + largest * ULP;
+            let error = (row.error + largest * w.error) / nearest_w + largest * ulp;
             let side = f64::from(side);
             // A snap moves a corner by up to half a unit of the grid.
-            let margin = 0.5 * side * (error + ULP) + 1.0 / precision.subpixel_bits.units();
+            let margin = 0.5 * side * (error + ulp) + 1.0 / precision.subpixel_bits.units();
             let px = |ndc: f64| (0.5 + 0.5 * ndc) * side;
             let first = (px(low) - margin - 0.5 - reach).ceil().max(0.0);
             let last = (px(high) + margin - 0.5 + reach).floor().min(side - 1.0);
@@ -72,14 +76,11 @@ impl ScreenBox {
         for (z, w) in z.values.iter().zip(&w.values) {
             nearest = nearest.max(z / w);
         }
-        let error = (z.error + nearest * w.error) / nearest_w + nearest * ULP;
+        let error = (z.error + nearest * w.error) / nearest_w + nearest * ulp;
         let nearest = ((nearest + error).clamp(0.0, 1.0) as f32).next_up().min(1.0);
         ScreenBox { x, y, nearest: precision.depth.key(nearest.into()) }
     }
 }
-
-/// More than the relative rounding of a few operations.
-const ULP: f64 = 16.0 * f64::EPSILON;
 
 /// One clip coordinate of the eight corners.
 struct Row {
@@ -89,7 +90,8 @@ struct Row {
 }
 
 impl Row {
-    fn new(clip_from_model: &DMat4, row: usize, bounds: &Aabb) -> Self {
+    /// `ulp` is more than the relative rounding of a few operations.
+    fn new(clip_from_model: &DMat4, row: usize, bounds: &Aabb, ulp: f64) -> Self {
         let m = clip_from_model.row(row);
         let [min, max] = [bounds.min, bounds.max];
         let x = [m.x * min.x, m.x * max.x];
@@ -100,7 +102,7 @@ impl Row {
             *value = x[i & 1] + y[i >> 1 & 1] + z[i >> 2] + m.w;
         }
         let size = |pair: [f64; 2]| pair[0].abs().max(pair[1].abs());
-        let error = (size(x) + size(y) + size(z) + m.w.abs()) * ULP;
+        let error = (size(x) + size(y) + size(z) + m.w.abs()) * ulp;
         Row { values, error }
     }
 }
@@ -109,7 +111,7 @@ impl Row {
 mod tests {
     use super::*;
     use cullet_raster::{DepthKind, SubpixelBits};
-    use cullet_transform::{Camera, ClipPoint, Projection, View};
+    use cullet_transform::{Camera, Projection, View};
     use glam::{DAffine3, DVec3};
 
     #[test]
@@ -142,6 +144,7 @@ mod tests {
             let clip_from_model = view.clip_from_model(&model);
             let samples = Samples::ALL[round / 9 % 4];
             let precision = Precision {
+                transforms: [Transforms::F64, Transforms::F32][round / 64 % 2],
                 subpixel_bits: SubpixelBits::ALL[round / 4 % 4],
                 depth: DepthKind::ALL[round / 16 % 4],
             };
@@ -150,7 +153,8 @@ mod tests {
             for _ in 0..20 {
                 let t = vector() * 0.5 + 0.5;
                 let p = bounds.min + (bounds.max - bounds.min) * t;
-                let clip = ClipPoint::from_model(&clip_from_model, p.clamp(bounds.min, bounds.max));
+                let p = p.as_vec3().clamp(bounds.min.as_vec3(), bounds.max.as_vec3());
+                let clip = precision.transforms.clip(&clip_from_model, p);
                 let in_front = clip.w > 0.0; // false for NaN
                 if !in_front {
                     assert_eq!(shown, ScreenBox::everywhere(viewport, precision));

@@ -1,6 +1,6 @@
 //! How well and how to draw, as against what (`Prepared`) and from where (`View`).
 
-use cullet_raster::{DepthKind, Precision, SubpixelBits};
+use cullet_raster::{DepthKind, Precision, SubpixelBits, Transforms};
 use cullet_shade::{Filter, Light, Shading};
 use cullet_transform::View;
 use glam::Vec4;
@@ -24,6 +24,8 @@ pub struct Settings {
     pub filter: Filter,
     /// How edges are smoothed. Data passes always take one sample at the pixel's centre.
     pub antialias: Antialias,
+    /// The arithmetic that puts vertices on the screen.
+    pub transforms: Transforms,
     /// The grid that vertices are snapped to: how far edges move. Only the default has the fast code.
     pub subpixel_bits: SubpixelBits,
     /// What is kept of a sample's depth: how far apart things must be to be told apart. Only the
@@ -67,6 +69,7 @@ impl Default for Settings {
             light: Light::default(),
             filter: Filter::Trilinear,
             antialias: Antialias::Msaa4,
+            transforms: Transforms::default(),
             subpixel_bits: SubpixelBits::default(),
             depth_format: DepthKind::default(),
             cull: CullTest::Both,
@@ -85,7 +88,8 @@ impl Default for Settings {
 
 impl Settings {
     pub(crate) fn precision(&self) -> Precision {
-        Precision { subpixel_bits: self.subpixel_bits, depth: self.depth_format }
+        let Settings { transforms, subpixel_bits, depth_format, .. } = *self;
+        Precision { transforms, subpixel_bits, depth: depth_format }
     }
 }
 

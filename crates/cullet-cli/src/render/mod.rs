@@ -354,6 +354,7 @@ fn settings_json(args: &RenderArgs, camera: &Camera, viewport: Viewport, region:
         "ambient": from_f32(args.ambient),
         "texture": name(&args.texture),
         "aa": name(&args.aa),
+        "transform": name(&args.transform),
         "subpixel_bits": name(&args.subpixel_bits).and_then(|bits| bits.parse::<u32>().ok()),
         "depth_format": name(&args.depth_format),
         "passes": args.passes.iter().map(name).collect::<Vec<_>>(),
