@@ -1,7 +1,7 @@
 //! How well and how to draw, as against what (`Prepared`) and from where (`View`).
 
 use cullet_raster::{DepthKind, Precision, SubpixelBits, Transforms};
-use cullet_shade::{Filter, Light, Shading};
+use cullet_shade::{Filter, Light, PointLight, Shading};
 use cullet_transform::View;
 use glam::Vec4;
 
@@ -20,6 +20,9 @@ pub struct Settings {
     pub background: Vec4,
     /// The sun and the even light around it.
     pub light: Light,
+    /// A light at a point, besides. Objects beyond its radius are not asked about it, unless `cull`
+    /// is `None`: that changes no pixel.
+    pub point_light: Option<PointLight>,
     /// How textures are filtered.
     pub filter: Filter,
     /// How edges are smoothed. Data passes always take one sample at the pixel's centre.
@@ -67,6 +70,7 @@ impl Default for Settings {
             passes: Passes::COLOR,
             background: Vec4::new(0.02, 0.03, 0.05, 1.0),
             light: Light::default(),
+            point_light: None,
             filter: Filter::Trilinear,
             antialias: Antialias::Msaa4,
             transforms: Transforms::default(),

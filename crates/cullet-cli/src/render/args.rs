@@ -5,10 +5,10 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use cullet::{
-    Antialias, CullTest, DepthKind, Filter, Level, Light, Region, RendererKind, Shading,
-    SubpixelBits, Transforms,
+    Antialias, CullTest, DepthKind, Filter, Level, Light, PointLight, Region, RendererKind,
+    Shading, SubpixelBits, Transforms,
 };
-use glam::{Vec3, Vec4};
+use glam::{DVec3, Vec3, Vec4};
 
 use super::passes::PassName;
 use crate::exit::Failure;
@@ -49,6 +49,11 @@ pub struct RenderArgs {
     /// Share of light that comes from everywhere, 0 to 1
     #[arg(long, value_name = "SHARE", default_value_t = 0.25, allow_hyphen_values = true)]
     pub ambient: f32,
+    /// A light at a point, besides: world-space place, linear colour, and the distance at which it ends,
+    /// in scene units or `inf`
+    #[arg(long, value_name = "X,Y,Z,R,G,B,RADIUS", value_parser = point_light)]
+    #[arg(allow_hyphen_values = true)]
+    pub point_light: Option<PointLight>,
     /// How textures are filtered
     #[arg(long, value_enum, default_value = "trilinear")]
     pub texture: TextureFilter,
@@ -312,6 +317,7 @@ impl RenderArgs {
             passes: cullet::Passes::NONE,
             background: self.background,
             light: Light::new(self.sun, self.ambient)?,
+            point_light: self.point_light,
             filter: match self.texture {
                 TextureFilter::Nearest => Filter::Nearest,
                 TextureFilter::Bilinear => Filter::Bilinear,
@@ -402,6 +408,17 @@ fn vector(text: &str) -> Result<Vec3, String> {
     }
 }
 
+fn point_light(text: &str) -> Result<PointLight, String> {
+    let numbers: Option<Vec<f64>> = text.split(',').map(|n| n.trim().parse().ok()).collect();
+    match numbers.as_deref() {
+        Some(&[x, y, z, r, g, b, radius]) => {
+            let color = DVec3::new(r, g, b).as_vec3();
+            PointLight::new(DVec3::new(x, y, z), color, radius as f32).map_err(|e| e.to_string())
+        }
+        _ => Err("give place, colour and radius: seven numbers with commas between them".into()),
+    }
+}
+
 fn background(text: &str) -> Result<Vec4, String> {
     if text == "transparent" {
         return Ok(Vec4::ZERO);
@@ -429,6 +446,16 @@ mod tests {
         assert_eq!(region("1,2,3,4"), Ok(expected));
         for text in ["1,2,3", "1,2,0,4", "-1,2,3,4", "1,2,3,4,5"] {
             assert!(region(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn point_lights() {
+        let light = point_light("1,-2,3,1,0.5,0,inf").unwrap();
+        assert_eq!(light.position(), DVec3::new(1.0, -2.0, 3.0));
+        assert_eq!((light.color(), light.radius()), (Vec3::new(1.0, 0.5, 0.0), f32::INFINITY));
+        for text in ["1,2,3", "1,2,3,1,1,1,-1", "1,2,3,-1,0,0,1", "nan,2,3,1,1,1,1", "a"] {
+            assert!(point_light(text).is_err(), "{text}");
         }
     }
 

@@ -352,6 +352,14 @@ fn settings_json(args: &RenderArgs, camera: &Camera, viewport: Viewport, region:
         "background": args.background.to_array().map(from_f32),
         "sun": args.sun.to_array().map(from_f32),
         "ambient": from_f32(args.ambient),
+        "point_light": args.point_light.map(|light| json!({
+            "position": light.position().to_array(),
+            "color": light.color().to_array().map(from_f32),
+            "radius": match light.radius().is_finite() {
+                true => json!(from_f32(light.radius())),
+                false => json!("inf"),
+            },
+        })),
         "texture": name(&args.texture),
         "aa": name(&args.aa),
         "transform": name(&args.transform),

@@ -10,8 +10,9 @@ use glam::{Affine2, Vec2, Vec3, Vec4};
 
 use cullet_scene::Wrap;
 
+use super::point::PointPlanes;
 use crate::kernel::lambert;
-use crate::light::Light;
+use crate::light::{Light, PointLight};
 use crate::needs::Needs;
 use crate::surface::{Surface, flat_normal};
 
@@ -51,20 +52,23 @@ pub struct Group<'a> {
     pub mirrored: bool,
     /// The light on it.
     pub light: Light,
+    /// A light at a point that reaches it.
+    pub point_light: Option<PointLight>,
     /// Upper left pixel of the block.
     pub block: [u32; 2],
 }
 
 /// Makes the records of `wanted`: pairs of a triangle of the mesh and its place in `records`, and
-/// in `colors` if vertex colours are needed.
+/// in `colors` if vertex colours are needed, in `points` if there is a light at a point.
 pub fn set_up(
     simd: Level,
     group: &Group<'_>,
     wanted: &[(u32, u32)],
     records: &mut [Record],
     colors: &mut [ColorPlanes],
+    points: &mut [PointPlanes],
 ) {
-    dispatch!(simd, simd => set_up_all(simd, group, wanted, records, colors));
+    dispatch!(simd, simd => set_up_all(simd, group, wanted, records, colors, points));
 }
 
 #[inline(always)]
@@ -74,6 +78,7 @@ fn set_up_all<S: Simd>(
     wanted: &[(u32, u32)],
     records: &mut [Record],
     colors: &mut [ColorPlanes],
+    points: &mut [PointPlanes],
 ) {
     let attributes = Attributes::new(simd, group);
     let mesh = group.surface.mesh;
@@ -117,6 +122,17 @@ fn set_up_all<S: Simd>(
                 attributes.set_up(simd, &shares, lane, corners, uvs, normals, into);
                 if let Some(values) = attributes.colors {
                     set_up_colors(simd, values, &shares, lane, corners, &mut colors[record]);
+                }
+                if let Some(light) = &group.point_light {
+                    let surface = &group.surface;
+                    let mut normal = Vec3::ZERO;
+                    if attributes.flat.is_some() {
+                        let front = shares.clockwise[lane] == group.mirrored;
+                        let outward = flat_normal(surface, corners);
+                        normal = if front { outward } else { -outward };
+                    }
+                    points[record] =
+                        PointPlanes::new(simd, light, surface, &shares, lane, corners, normal);
                 }
             }
         }
