@@ -7,12 +7,14 @@
 
 use cullet_transform::{ClipPoint, PlaneMask, Viewport};
 use fearless_simd::{Level, Simd, dispatch, i32x8, prelude::*};
-use glam::{DMat4, DVec3};
+use glam::{DMat4, Vec3};
 
 use crate::clip::{GuardBand, Polygon};
 use crate::fixed::Fixed;
 use crate::placed::{Lens, Placed};
-use crate::setup::{Facing, ScreenTriangle, SetupCounters, finish, whole};
+use crate::plain;
+use crate::precision::{Precision, Transforms};
+use crate::setup::{Facing, Placer, ScreenTriangle, SetupCounters, Vertex, whole};
 
 /// Subpixel bits of the fast path.
 pub(crate) const BITS: u32 = 8;
@@ -49,6 +51,8 @@ pub struct Object {
     pub facing: Facing,
     /// Id of the object's first triangle.
     pub first_id: u32,
+    /// How exactly it is drawn.
+    pub precision: Precision,
 }
 
 /// A cluster in a view, whatever the tile and the samples.
@@ -63,10 +67,13 @@ pub struct Assembly {
     /// Borders, units: left, right, upper, lower. The last group of eight is filled up with
     /// what no tile reaches.
     pub(crate) borders: [[i32; MAX_TRIANGLES]; 4],
-    /// Clipped and large triangles.
+    /// Clipped and large triangles; all of them where the wide code does not serve.
     pub(crate) pieces: Vec<ScreenTriangle>,
     /// Ids of clipped triangles.
     clipped: Vec<u32>,
+    pub(crate) precision: Precision,
+    /// Of the plain way.
+    vertices: Vec<Vertex>,
     counters: SetupCounters,
 }
 
@@ -80,6 +87,8 @@ impl Default for Assembly {
             borders: [[0; MAX_TRIANGLES]; 4],
             pieces: Vec::new(),
             clipped: Vec::new(),
+            precision: Precision::default(),
+            vertices: Vec::new(),
             counters: SetupCounters::default(),
         }
     }
@@ -91,14 +100,20 @@ const NOWHERE: [i32; 2] = [i32::MAX / 2, i32::MIN / 2];
 impl Assembly {
     /// Makes it that of `cluster`; the same on every `level`.
     pub fn assemble(&mut self, level: Level, cluster: &Cluster<'_>, object: &Object) {
+        self.n = 0;
+        self.pieces.clear();
+        self.precision = object.precision;
+        if !object.precision.is_wide() {
+            let Assembly { vertices, pieces, .. } = self;
+            self.counters = plain::assemble(cluster, object, vertices, pieces);
+            return;
+        }
         let lens = Lens {
             clip_from_model: object.clip_from_model,
             viewport: object.viewport,
             planes: object.planes,
             guard: GuardBand::new(object.viewport, BITS),
         };
-        self.n = 0;
-        self.pieces.clear();
         self.clipped.clear();
         let n = cluster.corners.len().min(MAX_TRIANGLES);
         self.counters = SetupCounters { n_in: n as u64, ..SetupCounters::default() };
@@ -119,7 +134,9 @@ impl Assembly {
 
     /// Memory held beside the assembly itself.
     pub fn bytes(&self) -> usize {
-        self.pieces.capacity() * size_of::<ScreenTriangle>() + self.clipped.capacity() * 4
+        self.pieces.capacity() * size_of::<ScreenTriangle>()
+            + self.clipped.capacity() * 4
+            + self.vertices.capacity() * size_of::<Vertex>()
     }
 }
 
@@ -133,7 +150,11 @@ struct Job<'j> {
 impl Job<'_> {
     #[inline(always)]
     fn run<S: Simd>(&mut self, simd: S, n: usize) {
-        self.out.placed.place::<S, BITS>(simd, &self.lens, self.cluster.positions);
+        let (placed, positions) = (&mut self.out.placed, self.cluster.positions);
+        match self.object.precision.transforms {
+            Transforms::F64 => placed.place::<S, BITS>(simd, &self.lens, positions),
+            Transforms::F32 => placed.place_single::<S, BITS>(simd, &self.lens, positions),
+        }
         for first in (0..n).step_by(8) {
             self.eight(simd, first, (n - first).min(8));
         }
@@ -231,10 +252,9 @@ impl Job<'_> {
         let [a, b, c] = self.corners(index);
         let id = self.object.first_id + self.cluster.ids[index];
         let facing = self.object.facing;
-        let point = |i: usize| {
-            let point = DVec3::new(x[i].into(), y[i].into(), z[i].into());
-            ClipPoint::from_model(&self.lens.clip_from_model, point)
-        };
+        let transforms = self.object.precision.transforms;
+        let point =
+            |i: usize| transforms.clip(&self.lens.clip_from_model, Vec3::new(x[i], y[i], z[i]));
         let Assembly { placed, pieces, clipped, counters, .. } = &mut *self.out;
         let cuts = PlaneMask::from_bits(placed.cuts[a] | placed.cuts[b] | placed.cuts[c]);
         let outcome = if cuts.is_empty() {
@@ -249,7 +269,8 @@ impl Job<'_> {
             }
             clipped.push(id);
             let polygon = self.lens.guard.clip(Polygon::triangle(&points), cuts);
-            finish::<BITS>(self.lens.viewport, polygon.corners(), facing, id, pieces)
+            let placer = Placer::<BITS>::with(transforms, self.lens.viewport, self.lens.planes);
+            placer.finish(polygon.corners(), facing, id, pieces)
         };
         counters.count(outcome, !cuts.is_empty());
     }

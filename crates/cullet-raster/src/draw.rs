@@ -9,6 +9,7 @@ use crate::assembly::{Assembly, BITS, MAX_TRIANGLES, load};
 use crate::depth::ReversedF32;
 use crate::fill::{KeepSample, TileDepth, TileTriangle, fill, fill_blocks, fill_plain};
 use crate::fixed::Fixed;
+use crate::plain;
 use crate::samples::{Offset, Samples};
 use crate::setup::{ScreenTriangle, doubled_area};
 use crate::small::{SMALL, Small};
@@ -23,6 +24,9 @@ pub fn draw(
     assembly: &Assembly,
     keep: Option<&mut KeepSample<'_>>,
 ) -> u64 {
+    if !assembly.precision.is_wide() {
+        return plain::draw(tile, assembly, keep);
+    }
     // One copy of the wide code per number of samples.
     match tile.samples() {
         Samples::One => draw_any::<1>(level, tile, assembly, keep),
@@ -311,7 +315,12 @@ fn greatest(a: f64, b: f64) -> f64 {
 
 /// The pixels of a tile, along one axis, whose samples may lie between corners.
 #[inline(always)]
-fn pixels([a, b, c]: [i64; 3], origin: i32, reach: i64, side: i64) -> [i64; 2] {
+pub(crate) fn pixels<const BITS: u32>(
+    [a, b, c]: [i64; 3],
+    origin: i32,
+    reach: i64,
+    side: i64,
+) -> [i64; 2] {
     let unit = 1i64 << BITS;
     let (low, high) = (a.min(b).min(c), a.max(b).max(c));
     let first = ((low - unit / 2 - reach + unit - 1) >> BITS) - i64::from(origin);
@@ -336,8 +345,8 @@ fn in_tile(tile: &TileBuffer, triangle: &ScreenTriangle) -> Place {
     let side = tile.side() as i64;
     let [a, b, c] = triangle.corners;
     let [left_px, top_px] = tile.origin();
-    let x = pixels([a.x, b.x, c.x], left_px, reach, side);
-    let y = pixels([a.y, b.y, c.y], top_px, reach, side);
+    let x = pixels::<BITS>([a.x, b.x, c.x], left_px, reach, side);
+    let y = pixels::<BITS>([a.y, b.y, c.y], top_px, reach, side);
     if x[0] >= x[1] || y[0] >= y[1] {
         return Place::Outside;
     }
@@ -391,11 +400,12 @@ fn in_tile(tile: &TileBuffer, triangle: &ScreenTriangle) -> Place {
 
 #[cfg(test)]
 mod tests {
-    use cullet_transform::{ClipPoint, PlaneMask, Viewport};
-    use glam::{DMat4, DVec3};
+    use cullet_transform::{PlaneMask, Viewport};
+    use glam::{DMat4, Vec3};
 
     use super::*;
     use crate::assembly::{Cluster, Object};
+    use crate::precision::{DepthKind, Precision, SubpixelBits, Transforms};
     use crate::setup::{Facing, SetupCounters, Vertex};
     use crate::testing::levels;
     use crate::tile::CENTRE_COVERED;
@@ -453,17 +463,24 @@ mod tests {
         ]);
         let viewport = Viewport::new(SIZE, SIZE).unwrap();
         let planes = PlaneMask::ALL;
-        let object = Object { clip_from_model, viewport, planes, facing, first_id: 1000 };
+        let precision = Precision::default();
+        let object =
+            Object { clip_from_model, viewport, planes, facing, first_id: 1000, precision };
         Case { positions, corners, ids, object }
     }
 
     /// The plain way: set up, then sample by sample in 128-bit integers.
-    fn expected(case: &Case, samples: Samples) -> (Vec<Vec<(i32, u32)>>, SetupCounters) {
-        let placer = crate::Placer::<8>::new(case.object.viewport, case.object.planes);
+    fn expected<const BITS: u32>(
+        case: &Case,
+        samples: Samples,
+    ) -> (Vec<Vec<(i32, u32)>>, SetupCounters) {
+        let Object { viewport, planes, precision, .. } = case.object;
+        let transforms = precision.transforms;
+        let placer = crate::Placer::<BITS>::with(transforms, viewport, planes);
         let [x, y, z] = &case.positions;
         let vertices = (0..x.len()).map(|i| {
-            let point = DVec3::new(x[i].into(), y[i].into(), z[i].into());
-            placer.place(ClipPoint::from_model(&case.object.clip_from_model, point))
+            let point = Vec3::new(x[i], y[i], z[i]);
+            placer.place(transforms.clip(&case.object.clip_from_model, point))
         });
         let vertices: Vec<Vertex> = vertices.collect();
         let (mut out, mut counters) = (Vec::new(), SetupCounters::default());
@@ -484,27 +501,27 @@ mod tests {
             let mut plane = nothing.clone();
             for triangle in &out {
                 let moved = triangle.corners.map(|c| Fixed {
-                    x: c.x - i64::from(16 * offset[0]),
-                    y: c.y - i64::from(16 * offset[1]),
+                    x: c.x - (i64::from(offset[0]) << BITS) / 16,
+                    y: c.y - (i64::from(offset[1]) << BITS) / 16,
                 });
-                let edges = crate::cover::Edges::new::<8>(triangle, [0, 0]);
-                let depth = crate::cover::DepthPlane::new::<8>(triangle, &edges);
+                let edges = crate::cover::Edges::new::<BITS>(triangle, [0, 0]);
+                let depth = crate::cover::DepthPlane::new::<BITS>(triangle, &edges);
                 let bounds = |values: [i64; 3]| {
-                    let first = values.into_iter().min().unwrap() >> 8;
-                    let last = values.into_iter().max().unwrap() >> 8;
+                    let first = values.into_iter().min().unwrap() >> BITS;
+                    let last = values.into_iter().max().unwrap() >> BITS;
                     first.clamp(0, SIZE.into())..(last + 1).clamp(0, SIZE.into())
                 };
                 let [xs, ys] = [bounds(moved.map(|c| c.x)), bounds(moved.map(|c| c.y))];
                 for (x, y) in ys.flat_map(|y| xs.clone().map(move |x| (x, y))) {
-                    if !crate::reference::covers::<8>(moved, x, y) {
+                    if !crate::reference::covers::<BITS>(moved, x, y) {
                         continue;
                     }
                     let row = depth.row(y as f64 + f64::from(offset[1]) / 16.0);
                     let at = depth.at(row, x as f64 + f64::from(offset[0]) / 16.0);
-                    let key = reversed_key(at as f32);
+                    let key = case.object.precision.depth.key(at);
                     let old = &mut plane[(y * i64::from(SIZE) + x) as usize];
                     let flag = match samples != Samples::One
-                        && crate::reference::covers::<8>(triangle.corners, x, y)
+                        && crate::reference::covers::<BITS>(triangle.corners, x, y)
                     {
                         true => CENTRE_COVERED,
                         false => 0,
@@ -520,8 +537,6 @@ mod tests {
         (planes.collect(), counters)
     }
 
-    use crate::depth::reversed_key;
-
     #[test]
     fn tiles_show_what_the_plain_code_covers() {
         let random = &mut Random(1);
@@ -529,40 +544,77 @@ mod tests {
         let mut shown = 0;
         for round in 0..36 {
             let size = [0.02, 0.1, 0.6, 3.0, 40.0, 3000.0][round % 6];
-            let case = case(random, size, facings[round / 6 % 3]);
+            let mut case = case(random, size, facings[round / 6 % 3]);
+            case.object.precision.transforms = [Transforms::F64, Transforms::F32][round / 3 % 2];
             let samples = Samples::ALL[round / 2 % 4];
             let side = [32, 64, 128][round / 3 % 3];
-            let (planes, counters) = expected(&case, samples);
+            let (planes, counters) = expected::<8>(&case, samples);
             for level in levels() {
-                let (mut tile, mut assembly) = (TileBuffer::default(), Assembly::default());
-                let [x, y, z] = &case.positions;
-                let cluster =
-                    Cluster { positions: [x, y, z], corners: &case.corners, ids: &case.ids };
-                assembly.assemble(level, &cluster, &case.object);
-                assert_eq!(assembly.counters(), counters);
-                let starts = || (0..SIZE).step_by(side);
-                for (left, top) in starts().flat_map(|y| starts().map(move |x| (x, y))) {
-                    tile.begin([left, top], side, samples);
-                    draw(level, &mut tile, &assembly, None);
-                    for (sample, plane) in planes.iter().enumerate() {
-                        let (rows, columns) = (
-                            (side as u32).min(SIZE - top) as usize,
-                            (side as u32).min(SIZE - left) as usize,
-                        );
-                        for row in 0..rows {
-                            let start = (top as usize + row) * SIZE as usize + left as usize;
-                            let want = &plane[start..start + columns];
-                            let (keys, ids) = (tile.keys(sample, row), tile.ids(sample, row));
-                            let got = keys.iter().zip(ids).map(|(key, id)| (*key, *id));
-                            let got: Vec<_> = got.take(columns).collect();
-                            assert_eq!(got, want, "{round} {level:?} {left} {top} {row}");
-                            shown += got.iter().filter(|(key, _)| *key != 0).count();
-                        }
-                    }
-                }
+                shown += check(&case, level, samples, side, &planes, counters);
             }
         }
         assert!(shown > 100_000, "{shown}");
+    }
+
+    /// Draws a case in tiles and compares them with the whole picture, sample by sample. Returns
+    /// how many samples show something.
+    fn check(
+        case: &Case,
+        level: Level,
+        samples: Samples,
+        side: usize,
+        planes: &[Vec<(i32, u32)>],
+        counters: SetupCounters,
+    ) -> usize {
+        let mut shown = 0;
+        let (mut tile, mut assembly) = (TileBuffer::default(), Assembly::default());
+        let [x, y, z] = &case.positions;
+        let cluster = Cluster { positions: [x, y, z], corners: &case.corners, ids: &case.ids };
+        assembly.assemble(level, &cluster, &case.object);
+        assert_eq!(assembly.counters(), counters);
+        let starts = || (0..SIZE).step_by(side);
+        for (left, top) in starts().flat_map(|y| starts().map(move |x| (x, y))) {
+            tile.begin([left, top], side, samples);
+            draw(level, &mut tile, &assembly, None);
+            for (sample, plane) in planes.iter().enumerate() {
+                let (rows, columns) = (
+                    (side as u32).min(SIZE - top) as usize,
+                    (side as u32).min(SIZE - left) as usize,
+                );
+                for row in 0..rows {
+                    let start = (top as usize + row) * SIZE as usize + left as usize;
+                    let want = &plane[start..start + columns];
+                    let (keys, ids) = (tile.keys(sample, row), tile.ids(sample, row));
+                    let got = keys.iter().zip(ids).map(|(key, id)| (*key, *id));
+                    let got: Vec<_> = got.take(columns).collect();
+                    assert_eq!(got, want, "{level:?} {:?} {left} {top} {row}", case.object);
+                    shown += got.iter().filter(|(key, _)| *key != 0).count();
+                }
+            }
+        }
+        shown
+    }
+
+    #[test]
+    fn every_grid_and_format_of_depth_follows_the_rule() {
+        let random = &mut Random(3);
+        let facings = [Facing::Both, Facing::CounterClockwise, Facing::Clockwise];
+        let all = SubpixelBits::ALL.map(|bits| DepthKind::ALL.map(|depth| (bits, depth)));
+        for (round, &(subpixel_bits, depth)) in all.as_flattened().iter().enumerate() {
+            for size in [0.1, 0.6, 40.0] {
+                let mut case = case(random, size, facings[round % 3]);
+                let transforms = [Transforms::F64, Transforms::F32][round / 2 % 2];
+                case.object.precision = Precision { transforms, subpixel_bits, depth };
+                let samples = Samples::ALL[(round + round / 4) % 4];
+                let (planes, counters) = match subpixel_bits {
+                    SubpixelBits::Four => expected::<4>(&case, samples),
+                    SubpixelBits::Eight => expected::<8>(&case, samples),
+                    SubpixelBits::Twelve => expected::<12>(&case, samples),
+                    SubpixelBits::Sixteen => expected::<16>(&case, samples),
+                };
+                assert!(check(&case, Level::new(), samples, 64, &planes, counters) > 100);
+            }
+        }
     }
 
     #[test]

@@ -5,8 +5,8 @@
 //! instruction set.
 
 use cullet_transform::{PlaneMask, Viewport};
-use fearless_simd::{Simd, f32x8, f64x4, i64x4, prelude::*};
-use glam::DMat4;
+use fearless_simd::{Simd, f32x8, f64x4, i32x8, i64x4, prelude::*};
+use glam::{DMat4, Mat4};
 
 use crate::clip::GuardBand;
 use crate::fixed::{SNAP_SHIFT, guard_band};
@@ -86,6 +86,50 @@ impl Placed {
         }
     }
 
+    /// [`Placed::place`] in f32: twin of [`Transforms::F32`](crate::Transforms::F32).
+    #[inline(always)]
+    pub fn place_single<S: Simd, const BITS: u32>(
+        &mut self,
+        simd: S,
+        lens: &Lens,
+        [x, y, z]: [&[f32]; 3],
+    ) {
+        let m = lens.clip_from_model.as_mat4();
+        self.special = false;
+        for start in (0..x.len().min(MAX_VERTICES)).step_by(8) {
+            let x = f32x8::from_slice(simd, &x[start..start + 8]);
+            let y = f32x8::from_slice(simd, &y[start..start + 8]);
+            let z = f32x8::from_slice(simd, &z[start..start + 8]);
+            let p = clip_single(&m, x, y, z);
+            let gone = p.x * 0.0 + p.y * 0.0 + p.z * 0.0 + p.w * 0.0; // NaN unless all are finite
+            let finite = gone.simd_eq(f32x8::splat(simd, 0.0));
+            if lens.planes.is_empty() && finite.all_true() {
+                self.outside[start..start + 8].fill(0);
+                self.cuts[start..start + 8].fill(0);
+            } else {
+                let ((x0, x1), (y0, y1)) = (p.x.widen(), p.y.widen());
+                let ((z0, z1), (w0, w1)) = (p.z.widen(), p.w.widen());
+                self.classify(simd, lens, &Clip4 { x: x0, y: y0, z: z0, w: w0 }, start);
+                self.classify(simd, lens, &Clip4 { x: x1, y: y1, z: z1, w: w1 }, start + 4);
+            }
+            let half = f32x8::splat(simd, 0.5);
+            let (width, height) = (lens.viewport.width(), lens.viewport.height());
+            let x = (half + p.x / p.w * 0.5) * width as f32;
+            let y = (half - p.y / p.w * 0.5) * height as f32;
+            let depth = p.z / p.w;
+            let (zero, one) = (f32x8::splat(simd, 0.0), f32x8::splat(simd, 1.0));
+            let depth = depth.simd_lt(zero).select(zero, depth);
+            let depth = depth.simd_gt(one).select(one, depth);
+            let (depth_low, depth_high) = depth.widen();
+            let x = snap_single::<S, BITS>(simd, x, width);
+            let y = snap_single::<S, BITS>(simd, y, height);
+            x.store_slice(&mut self.x[start..start + 8]);
+            y.store_slice(&mut self.y[start..start + 8]);
+            depth_low.store_slice(&mut self.depth[start..start + 4]);
+            depth_high.store_slice(&mut self.depth[start + 4..start + 8]);
+        }
+    }
+
     /// Which planes the four vertices from `start` on lie outside of, and which cut them.
     #[inline(always)]
     fn classify<S: Simd>(&mut self, simd: S, lens: &Lens, p: &Clip4<S>, start: usize) {
@@ -148,6 +192,36 @@ fn clip<S: Simd>(m: &DMat4, x: f64x4<S>, y: f64x4<S>, z: f64x4<S>) -> Clip4<S> {
     }
 }
 
+/// Eight points of clip space.
+struct Clip8<S: Simd> {
+    x: f32x8<S>,
+    y: f32x8<S>,
+    z: f32x8<S>,
+    w: f32x8<S>,
+}
+
+#[inline(always)]
+fn clip_single<S: Simd>(m: &Mat4, x: f32x8<S>, y: f32x8<S>, z: f32x8<S>) -> Clip8<S> {
+    let (i, j, k, t) = (m.x_axis, m.y_axis, m.z_axis, m.w_axis);
+    Clip8 {
+        x: x * i.x + y * j.x + z * k.x + t.x,
+        y: x * i.y + y * j.y + z * k.y + t.y,
+        z: x * i.z + y * j.z + z * k.z + t.z,
+        w: x * i.w + y * j.w + z * k.w + t.w,
+    }
+}
+
+#[inline(always)]
+fn snap_single<S: Simd, const BITS: u32>(simd: S, px: f32x8<S>, side: u32) -> i32x8<S> {
+    let guard = guard_band(side, BITS) as f32;
+    let low = f32x8::splat(simd, -guard);
+    let high = f32x8::splat(simd, side as f32 + guard);
+    let px = px.simd_gt(low).select(px, low);
+    let px = px.simd_lt(high).select(px, high);
+    // At 24.8 no position reaches 2^24, so the nearest integer fits.
+    i32x8::truncate_from((px * (1u32 << BITS) as f32).round_ties_even())
+}
+
 /// Snapped x and y, in the low halves, and depth in `0..=1`.
 #[inline(always)]
 fn screen<S: Simd, const BITS: u32>(
@@ -181,14 +255,23 @@ fn snap<S: Simd, const BITS: u32>(simd: S, px: f64x4<S>, side: u32) -> i64x4<S> 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::precision::Transforms;
     use crate::setup::Placer;
-    use cullet_transform::ClipPoint;
     use fearless_simd::dispatch;
-    use glam::DVec3;
+    use glam::Vec3;
 
     #[inline(always)]
-    fn place<S: Simd>(simd: S, placed: &mut Placed, lens: &Lens, positions: [&[f32]; 3]) {
-        placed.place::<S, 8>(simd, lens, positions);
+    fn place<S: Simd>(
+        simd: S,
+        placed: &mut Placed,
+        lens: &Lens,
+        positions: [&[f32]; 3],
+        transforms: Transforms,
+    ) {
+        match transforms {
+            Transforms::F64 => placed.place::<S, 8>(simd, lens, positions),
+            Transforms::F32 => placed.place_single::<S, 8>(simd, lens, positions),
+        }
     }
 
     #[test]
@@ -212,15 +295,17 @@ mod tests {
                 planes,
                 guard: GuardBand::new(viewport, 8),
             };
-            let placer = Placer::<8>::new(viewport, planes);
-            for level in crate::testing::levels() {
+            let ways = [Transforms::F64, Transforms::F32];
+            let levels = crate::testing::levels().into_iter();
+            for (level, transforms) in levels.flat_map(|level| ways.map(|way| (level, way))) {
+                let placer = Placer::<8>::with(transforms, viewport, planes);
                 let mut placed = Placed::default();
                 let positions = [&odd[..], &turned[..], &ones[..]];
-                dispatch!(level, simd => place(simd, &mut placed, &lens, positions));
+                dispatch!(level, simd => place(simd, &mut placed, &lens, positions, transforms));
                 let mut special = false;
                 for i in 0..odd.len() {
-                    let point = DVec3::new(odd[i].into(), turned[i].into(), ones[i].into());
-                    let plain = placer.place(ClipPoint::from_model(&projection, point));
+                    let point = Vec3::new(odd[i], turned[i], ones[i]);
+                    let plain = placer.place(transforms.clip(&projection, point));
                     assert_eq!(placed.cuts[i], plain.cuts.bits());
                     assert_eq!(placed.outside[i], plain.outside.bits());
                     special |= !plain.cuts.or(plain.outside).is_empty();

@@ -7,7 +7,8 @@
 use cullet_transform::{ClipPoint, PlaneMask, Viewport};
 
 use crate::clip::{GuardBand, Polygon};
-use crate::fixed::{Fixed, snap};
+use crate::fixed::Fixed;
+use crate::precision::Transforms;
 
 /// Which side of a triangle is drawn, as seen on the screen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,12 +42,18 @@ pub struct Placer<const BITS: u32> {
     viewport: Viewport,
     guard: GuardBand,
     planes: PlaneMask,
+    transforms: Transforms,
 }
 
 impl<const BITS: u32> Placer<BITS> {
     /// `planes` may cut the object. Planes not in the mask are not tested at all.
     pub fn new(viewport: Viewport, planes: PlaneMask) -> Self {
-        Placer { viewport, guard: GuardBand::new(viewport, BITS), planes }
+        Placer::with(Transforms::F64, viewport, planes)
+    }
+
+    /// [`Placer::new`], for points of [`Transforms::clip`].
+    pub fn with(transforms: Transforms, viewport: Viewport, planes: PlaneMask) -> Self {
+        Placer { viewport, guard: GuardBand::new(viewport, BITS), planes, transforms }
     }
 
     /// Tests, divides and snaps.
@@ -60,16 +67,13 @@ impl<const BITS: u32> Placer<BITS> {
             cuts = self.guard.cuts(&clip, self.planes);
         }
         let (at, depth) = match cuts.is_empty() {
-            true => (snap::<BITS>(self.viewport, &clip), clamped_depth(&clip)),
+            true => {
+                (self.transforms.snap::<BITS>(self.viewport, &clip), self.transforms.depth(&clip))
+            }
             false => (Fixed { x: 0, y: 0 }, 0.0),
         };
         Vertex { clip, at, depth, outside, cuts }
     }
-}
-
-/// Division may round a clipped depth past the end.
-fn clamped_depth(point: &ClipPoint) -> f64 {
-    point.ndc().depth.clamp(0.0, 1.0)
 }
 
 /// The triangles of one object.
@@ -165,7 +169,7 @@ pub fn set_up<const BITS: u32>(
         } else if corners.iter().all(|corner| corner.clip.is_finite()) {
             let polygon = Polygon::triangle(&corners.map(|corner| corner.clip));
             let polygon = placer.guard.clip(polygon, cuts);
-            finish::<BITS>(placer.viewport, polygon.corners(), input.facing, id, out)
+            placer.finish(polygon.corners(), input.facing, id, out)
         } else {
             counters.n_not_finite += 1;
             continue;
@@ -175,7 +179,7 @@ pub fn set_up<const BITS: u32>(
     counters
 }
 
-/// A triangle that nothing cuts: [`finish`] for the usual case.
+/// A triangle that nothing cuts: [`Placer::finish`] for the usual case.
 pub(crate) fn whole(
     [a, b, c]: [Fixed; 3],
     depth: [f64; 3],
@@ -202,46 +206,48 @@ pub(crate) enum Outcome {
     FacingAway,
 }
 
-/// Snaps a convex polygon, decides its facing as a whole, and fans it into triangles.
-pub(crate) fn finish<const BITS: u32>(
-    viewport: Viewport,
-    polygon: &[ClipPoint],
-    facing: Facing,
-    id: u32,
-    out: &mut Vec<ScreenTriangle>,
-) -> Outcome {
-    if polygon.len() < 3 {
-        return Outcome::Outside;
-    }
-    let mut corners = [Fixed { x: 0, y: 0 }; 9];
-    for (corner, point) in corners.iter_mut().zip(polygon) {
-        *corner = snap::<BITS>(viewport, point);
-    }
-    let corners = &corners[..polygon.len()];
-    let pieces = || (2..corners.len()).map(|i| [0, i - 1, i]);
-    let area = |piece: [usize; 3]| doubled_area(piece.map(|i| corners[i]));
-    let total: i128 = pieces().map(|piece| i128::from(area(piece))).sum();
-    let turned = match (total.signum(), facing) {
-        (0, _) => return Outcome::ZeroArea,
-        (1, Facing::CounterClockwise) | (-1, Facing::Clockwise) => return Outcome::FacingAway,
-        (sign, _) => sign < 0,
-    };
-    for piece in pieces() {
-        // A piece that snapping has turned over is thinner than the grid: its samples belong to
-        // its neighbours.
-        let piece_area = area(piece);
-        if piece_area == 0 || (piece_area < 0) != turned {
-            continue;
+impl<const BITS: u32> Placer<BITS> {
+    /// Snaps a convex polygon, decides its facing as a whole, and fans it into triangles.
+    pub(crate) fn finish(
+        &self,
+        polygon: &[ClipPoint],
+        facing: Facing,
+        id: u32,
+        out: &mut Vec<ScreenTriangle>,
+    ) -> Outcome {
+        if polygon.len() < 3 {
+            return Outcome::Outside;
         }
-        let [a, b, c] = piece;
-        let piece = if turned { [a, c, b] } else { piece };
-        out.push(ScreenTriangle {
-            corners: piece.map(|i| corners[i]),
-            depth: piece.map(|i| clamped_depth(&polygon[i])),
-            id,
-        });
+        let mut corners = [Fixed { x: 0, y: 0 }; 9];
+        for (corner, point) in corners.iter_mut().zip(polygon) {
+            *corner = self.transforms.snap::<BITS>(self.viewport, point);
+        }
+        let corners = &corners[..polygon.len()];
+        let pieces = || (2..corners.len()).map(|i| [0, i - 1, i]);
+        let area = |piece: [usize; 3]| doubled_area(piece.map(|i| corners[i]));
+        let total: i128 = pieces().map(|piece| i128::from(area(piece))).sum();
+        let turned = match (total.signum(), facing) {
+            (0, _) => return Outcome::ZeroArea,
+            (1, Facing::CounterClockwise) | (-1, Facing::Clockwise) => return Outcome::FacingAway,
+            (sign, _) => sign < 0,
+        };
+        for piece in pieces() {
+            // A piece that snapping has turned over is thinner than the grid: its samples belong to
+            // its neighbours.
+            let piece_area = area(piece);
+            if piece_area == 0 || (piece_area < 0) != turned {
+                continue;
+            }
+            let [a, b, c] = piece;
+            let piece = if turned { [a, c, b] } else { piece };
+            out.push(ScreenTriangle {
+                corners: piece.map(|i| corners[i]),
+                depth: piece.map(|i| self.transforms.depth(&polygon[i])),
+                id,
+            });
+        }
+        Outcome::Drawn
     }
-    Outcome::Drawn
 }
 
 /// Twice the signed area in squared subpixel units; positive is clockwise as seen (y down).
@@ -323,7 +329,7 @@ mod tests {
                 let (at, depth) =
                     ([0, 1, 2].map(|i| vertices[i].at), [0, 1, 2].map(|i| vertices[i].depth));
                 whole(at, depth, facing, 3, &mut quick);
-                finish::<8>(placer.viewport, corners, facing, 3, &mut plain);
+                placer.finish(corners, facing, 3, &mut plain);
                 assert_eq!(format!("{quick:?}"), format!("{plain:?}"));
             }
         }

@@ -16,8 +16,8 @@ use fearless_simd::{Simd, f32x8, f64x4, mask64x4, prelude::*};
 use glam::{DMat4, DVec3};
 
 use crate::clip::GuardBand;
-use crate::fixed::guard_band;
 use crate::interpolate::Interpolator;
+use crate::precision::SubpixelBits;
 
 /// Pixels along each side of a block.
 pub const BLOCK: u32 = 64;
@@ -28,18 +28,43 @@ const LEAST: f64 = 2e-4;
 
 /// How the triangles of an object come onto the screen.
 #[derive(Clone, Copy, Debug)]
-pub struct Placement<const BITS: u32> {
+pub struct Placement {
     clip_from_model: DMat4,
     viewport: Viewport,
     planes: PlaneMask,
     guard: GuardBand,
+    axes: [Axis; 2],
+    /// Units of the grid in a pixel.
+    units: f64,
 }
 
-impl<const BITS: u32> Placement<BITS> {
+/// A side of the picture, px, and the guard band beyond it.
+#[derive(Clone, Copy, Debug)]
+struct Axis {
+    side: f64,
+    guard: f64,
+}
+
+impl Placement {
     /// With what [`crate::Placer`] was given.
-    pub fn new(clip_from_model: DMat4, viewport: Viewport, planes: PlaneMask) -> Self {
-        let guard = GuardBand::new(viewport, BITS);
-        Placement { clip_from_model, viewport, planes, guard }
+    pub fn new(
+        clip_from_model: DMat4,
+        viewport: Viewport,
+        planes: PlaneMask,
+        subpixel_bits: SubpixelBits,
+    ) -> Self {
+        let axis = |side: u32| Axis {
+            side: f64::from(side),
+            guard: f64::from(subpixel_bits.guard_band(side)),
+        };
+        Placement {
+            clip_from_model,
+            viewport,
+            planes,
+            guard: GuardBand::new(viewport, subpixel_bits.count()),
+            axes: [axis(viewport.width()), axis(viewport.height())],
+            units: subpixel_bits.units(),
+        }
     }
 }
 
@@ -69,29 +94,29 @@ type Each<S> = [f64x4<S>; 3];
 
 /// Sets up four triangles for the block whose upper left pixel is `block`.
 #[inline(always)]
-pub fn shares4<S: Simd, const BITS: u32>(
+pub fn shares4<S: Simd>(
     simd: S,
-    placement: &Placement<BITS>,
+    placement: &Placement,
     corners: &Corners4,
     block: [u32; 2],
 ) -> Shares4 {
     let m = &placement.clip_from_model;
     let clip = [clip(simd, m, &corners[0]), clip(simd, m, &corners[1]), clip(simd, m, &corners[2])];
     let w = [clip[0][3], clip[1][3], clip[2][3]];
-    let (width, height) = (placement.viewport.width(), placement.viewport.height());
+    let ([width, height], units) = (&placement.axes, placement.units);
     let x = [
-        snap4::<S, BITS>(simd, clip[0][0] / w[0], 0.5, width),
-        snap4::<S, BITS>(simd, clip[1][0] / w[1], 0.5, width),
-        snap4::<S, BITS>(simd, clip[2][0] / w[2], 0.5, width),
+        snap4(simd, clip[0][0] / w[0], 0.5, width, units),
+        snap4(simd, clip[1][0] / w[1], 0.5, width, units),
+        snap4(simd, clip[2][0] / w[2], 0.5, width, units),
     ];
     let y = [
-        snap4::<S, BITS>(simd, clip[0][1] / w[0], -0.5, height),
-        snap4::<S, BITS>(simd, clip[1][1] / w[1], -0.5, height),
-        snap4::<S, BITS>(simd, clip[2][1] / w[2], -0.5, height),
+        snap4(simd, clip[0][1] / w[0], -0.5, height, units),
+        snap4(simd, clip[1][1] / w[1], -0.5, height, units),
+        snap4(simd, clip[2][1] / w[2], -0.5, height, units),
     ];
     let one = f64x4::splat(simd, 1.0);
     let scale = [one, w[0] / w[1], w[0] / w[2]];
-    let mut out = snapped::<S, BITS>(simd, &x, &y, &scale, block);
+    let mut out = snapped(simd, &x, &y, &scale, block, units);
     if !placement.planes.is_empty() {
         let uncut = inside(simd, placement, &clip[0])
             & inside(simd, placement, &clip[1])
@@ -123,29 +148,29 @@ fn clip<S: Simd>(simd: S, m: &DMat4, corner: &[[f32; 4]; 3]) -> [f64x4<S>; 4] {
 
 /// [`crate::snap`] of one coordinate, in units as f64; `half` is 0.5, negative if the axis turns.
 #[inline(always)]
-fn snap4<S: Simd, const BITS: u32>(simd: S, ndc: f64x4<S>, half: f64, side: u32) -> f64x4<S> {
+fn snap4<S: Simd>(simd: S, ndc: f64x4<S>, half: f64, axis: &Axis, units: f64) -> f64x4<S> {
     const SHIFT: f64 = 6_755_399_441_055_744.0; // rounds to an integer, halves to even
-    let guard = f64::from(guard_band(side, BITS));
-    let low = f64x4::splat(simd, -guard);
-    let high = f64x4::splat(simd, f64::from(side) + guard);
-    let px = (ndc * half + 0.5) * f64::from(side);
+    let low = f64x4::splat(simd, -axis.guard);
+    let high = f64x4::splat(simd, axis.side + axis.guard);
+    let px = (ndc * half + 0.5) * axis.side;
     let px = px.simd_gt(low).select(px, low);
     let px = px.simd_lt(high).select(px, high);
-    px * f64::from(1u32 << BITS) + SHIFT - SHIFT
+    px * units + SHIFT - SHIFT
 }
 
 #[inline(always)]
-fn snapped<S: Simd, const BITS: u32>(
+fn snapped<S: Simd>(
     simd: S,
     x: &Each<S>,
     y: &Each<S>,
     scale: &Each<S>,
     block: [u32; 2],
+    units: f64,
 ) -> Shares4 {
-    let per_unit = 1.0 / f64::from(1u32 << BITS); // a power of two: exact
+    let per_unit = 1.0 / units; // a power of two: exact
     let (x1, y1, x2, y2) = (x[1] - x[0], y[1] - y[0], x[2] - x[0], y[2] - y[0]);
     let area = x1 * y2 - y1 * x2;
-    let per_pixel = f64x4::splat(simd, f64::from(1u32 << BITS)) / area;
+    let per_pixel = f64x4::splat(simd, units) / area;
     let ddx = [(y[1] - y[2]) * per_pixel, y2 * per_pixel, y1 * -per_pixel];
     let ddy = [(x[2] - x[1]) * per_pixel, x2 * -per_pixel, x1 * per_pixel];
     // The anchor, and how far from it pixels of the triangle can be.
@@ -209,11 +234,7 @@ fn reach<S: Simd>(simd: S, a: f64x4<S>, b: f64x4<S>) -> f64x4<S> {
 
 /// Which corners no plane cuts; see [`GuardBand::cuts`].
 #[inline(always)]
-fn inside<S: Simd, const BITS: u32>(
-    simd: S,
-    placement: &Placement<BITS>,
-    [x, y, z, w]: &[f64x4<S>; 4],
-) -> mask64x4<S> {
+fn inside<S: Simd>(simd: S, placement: &Placement, [x, y, z, w]: &[f64x4<S>; 4]) -> mask64x4<S> {
     let asked = |plane: Plane| placement.planes.contains(plane.index());
     let zero = f64x4::splat(simd, 0.0);
     let (reach_x, reach_y) = (*w * placement.guard.x, *w * placement.guard.y);
@@ -241,8 +262,8 @@ fn inside<S: Simd, const BITS: u32>(
 
 /// A triangle that is clipped: between its true corners, anchored in the middle of the block.
 #[cold]
-fn homogeneous<const BITS: u32>(
-    placement: &Placement<BITS>,
+fn homogeneous(
+    placement: &Placement,
     corners: &Corners4,
     lane: usize,
     block: [u32; 2],

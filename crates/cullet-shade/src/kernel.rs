@@ -10,7 +10,7 @@ use cullet_raster::Fragment;
 use fearless_simd::Level;
 use glam::{Vec2, Vec3, Vec4};
 
-use crate::light::Light;
+use crate::light::{Light, PointLight};
 use crate::needs::{Needs, Shading};
 use crate::sampler::{Filter, sample, sample_alpha};
 use crate::select::max;
@@ -33,6 +33,8 @@ pub struct Triangle<'a> {
 pub struct Look {
     /// The sun and the even light around it.
     pub light: Light,
+    /// A light at a point.
+    pub point_light: Option<PointLight>,
     /// How textures are filtered.
     pub filter: Filter,
     /// The instruction set. Never changes a colour.
@@ -50,7 +52,15 @@ pub fn shade(needs: Needs, triangle: &Triangle<'_>, look: &Look, fragment: &Frag
         let normals = normals.filter(|_| needs.contains(Needs::SMOOTH_NORMAL));
         let normals = normals.map(|normals| gather(normals, *corners));
         let outward = outward_normal(surface, *corners, normals, fragment.weights.as_vec3());
-        color *= lambert(if *front { outward } else { -outward }, &look.light);
+        let normal = if *front { outward } else { -outward };
+        let light = lambert(normal, &look.light);
+        match look.point_light.filter(|_| needs.contains(Needs::POINT_LIGHT)) {
+            None => color *= light,
+            Some(point) => {
+                let to_light = to_light(&point, surface, *corners, fragment);
+                color *= Vec3::splat(light) + point.on(normal, to_light);
+            }
+        }
     }
     color.extend(1.0)
 }
@@ -141,6 +151,19 @@ fn texture_uvs(needs: Needs, surface: &Surface<'_>, corners: [u32; 3]) -> [Vec2;
 fn footprint(uvs: [Vec2; 3], fragment: &Fragment) -> [Vec2; 3] {
     [fragment.weights.as_vec3(), fragment.ddx, fragment.ddy]
         .map(|weights| interpolate(uvs, weights))
+}
+
+/// The vector to a light from a fragment: in f64, rounded once.
+fn to_light(
+    light: &PointLight,
+    surface: &Surface<'_>,
+    corners: [u32; 3],
+    fragment: &Fragment,
+) -> Vec3 {
+    let [a, b, c] = gather(&surface.mesh.positions, corners).map(|corner| corner.as_dvec3());
+    let weights = fragment.weights;
+    let position = a * weights.x + b * weights.y + c * weights.z;
+    light.from_world(surface.world_from_model.transform_point3(position))
 }
 
 /// Ambient, and the rest by the cosine between normal and light.
@@ -238,7 +261,7 @@ mod tests {
             let random = &mut Random::new(seed);
             let sampler = Sampler { wrap_u: Wrap::Mirror, ..Sampler::default() };
             let texture = Texture::new(&noise(6, 5, seed), sampler);
-            for needs in (0..64).map(Needs) {
+            for needs in (0..128).map(Needs) {
                 let (mesh, material) = triangle(needs, random);
                 let surface = Surface::new(&mesh, &material, Some(&texture), transform(random));
                 let light = Light::new(vec3(random, -1.0, 1.0), random.unit()).unwrap();
@@ -246,14 +269,18 @@ mod tests {
                 let fragments = [fragment(random), fragment(random), fragment(random)];
                 let filter = Filter::Trilinear;
                 let seen = Triangle { surface, corners: CORNERS, front };
-                let look = Look { light, filter, simd: Level::new() };
+                let place = DVec3::splat(7.0) + vec3(random, -2.0, 2.0).as_dvec3();
+                let radius = [0.0, 1.0, 5.0, f32::INFINITY][(seed % 4) as usize];
+                let point = PointLight::new(place, vec3(random, 0.0, 3.0), radius).unwrap();
+                let has_point = needs.contains(Needs::LIT.with(Needs::POINT_LIGHT));
+                let point_light = has_point.then_some(point);
+                let look = Look { light, point_light, filter, simd: Level::new() };
                 for fragment in &fragments {
                     let color = shade(needs, &seen, &look, fragment);
                     let lit = needs.contains(Needs::LIT);
                     let shading = if lit { Shading::Lambert } else { Shading::Unlit };
-                    let exact = reference::shade(
-                        &surface, CORNERS, front, &light, filter, shading, fragment,
-                    );
+                    let exact =
+                        reference::shade(&surface, CORNERS, front, &look, shading, fragment);
                     let error = (color.as_dvec4() - exact).abs().max_element();
                     prop_assert!(error <= 1e-5, "{needs:?}: {color} {exact} {error:e}");
                     let exact = reference::base_color(&surface, CORNERS, filter, fragment);
@@ -274,7 +301,8 @@ mod tests {
         let fragment = Fragment { weights, ddx: Vec3::ZERO, ddy: Vec3::ZERO };
         let needs = Needs::of(mesh, material, Shading::Lambert);
         let light = Light::new(Vec3::Z, 0.25).unwrap();
-        let look = Look { light, filter: Filter::Trilinear, simd: Level::new() };
+        let (point_light, filter) = (None, Filter::Trilinear);
+        let look = Look { light, point_light, filter, simd: Level::new() };
         let seen = Triangle { surface, corners: CORNERS, front: true };
         assert_eq!(shade(needs, &seen, &look, &fragment), expected);
     }

@@ -33,7 +33,7 @@ mod testing;
 
 pub use fearless_simd::Level as SimdLevel;
 pub use kernel::{Look, Triangle, alpha, base_color, shade};
-pub use light::{Light, LightError};
+pub use light::{Light, LightError, PointLight};
 pub use needs::{Needs, Shading};
 pub use sampler::{Filter, sample, sample_alpha};
 pub use surface::{Surface, mirrors, normal_matrix, uv, world_normal, world_position};

@@ -36,6 +36,10 @@ impl Needs {
     /// An alpha test decides which pixels are covered. Kernels run after it and ignore it.
     pub const MASK: Needs = Needs(1 << 5);
 
+    /// A light at a point, that reaches the surface: see [`PointLight`](crate::PointLight). No
+    /// matter of the material, so [`Needs::of`] never asks for it.
+    pub const POINT_LIGHT: Needs = Needs(1 << 6);
+
     /// What `material` on `mesh` needs: nothing that its shading does not use.
     pub fn of(mesh: &Mesh, material: &Material, shading: Shading) -> Needs {
         let mut needs = Needs::NONE;

@@ -7,7 +7,8 @@ use cullet_raster::Fragment;
 use cullet_scene::{Image, Wrap};
 use glam::{DMat2, DMat3, DVec2, DVec3, DVec4};
 
-use crate::light::Light;
+use crate::kernel::Look;
+use crate::light::PointLight;
 use crate::needs::Shading;
 use crate::sampler::Filter;
 use crate::srgb::decode_exact;
@@ -19,19 +20,37 @@ pub fn shade(
     surface: &Surface<'_>,
     corners: [u32; 3],
     front: bool,
-    light: &Light,
-    filter: Filter,
+    look: &Look,
     shading: Shading,
     fragment: &Fragment,
 ) -> DVec4 {
-    let color = base_color(surface, corners, filter, fragment).truncate();
+    let Look { light, point_light, filter, .. } = look;
+    let color = base_color(surface, corners, *filter, fragment).truncate();
     if shading == Shading::Unlit {
         return color.extend(1.0);
     }
     let normal = world_normal(surface, corners, front, fragment);
     let ambient = f64::from(light.ambient());
     let cosine = normal.dot(light.direction().as_dvec3()).max(0.0);
-    (color * (ambient + (1.0 - ambient) * cosine)).extend(1.0)
+    let mut sum = DVec3::splat(ambient + (1.0 - ambient) * cosine);
+    if let Some(light) = point_light {
+        let position =
+            blend(corners, fragment.weights, |corner| surface.mesh.positions[corner].as_dvec3());
+        sum += point(light, normal, surface.world_from_model.transform_point3(position));
+    }
+    (color * sum).extend(1.0)
+}
+
+/// What a light adds at a place in the world.
+fn point(light: &PointLight, normal: DVec3, position: DVec3) -> DVec3 {
+    let to_light = light.position() - position;
+    let (distance, radius) = (to_light.length(), f64::from(light.radius()));
+    if distance == 0.0 || distance >= radius {
+        return DVec3::ZERO;
+    }
+    let cosine = normal.dot(to_light / distance).max(0.0);
+    let window = (1.0 - (distance / radius).powi(4)).powi(2);
+    light.color().as_dvec3() * cosine * window / (distance * distance + 1.0)
 }
 
 /// Twin of [`crate::base_color`].

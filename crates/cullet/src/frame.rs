@@ -144,6 +144,7 @@ pub(crate) struct Band<'a> {
 
 /// Where the pictures of a rectangle go: each begins at its upper left pixel, and a row is `stride`
 /// pixels after the one above. Absent passes are empty.
+#[derive(Default)]
 pub(crate) struct Target<'a> {
     pub stride: usize,
     pub rgba8: &'a mut [[u8; 4]],

@@ -37,6 +37,7 @@ mod screen_box;
 mod settings;
 mod shading;
 mod stats;
+mod supersample;
 mod tile_data;
 mod tile_shader;
 mod tiles;
@@ -64,5 +65,6 @@ pub use cullet_scene as scene;
 pub use cullet_shade as shade;
 pub use cullet_transform as transform;
 
-pub use cullet_shade::{Filter, Light, LightError, Shading};
+pub use cullet_raster::{DepthKind, SubpixelBits, Transforms};
+pub use cullet_shade::{Filter, Light, LightError, PointLight, Shading};
 pub use cullet_transform::{Camera, CameraError, Projection, View, Viewport, ViewportError};

@@ -5,11 +5,10 @@
 //! their derivatives from geometry in view space. Where the two pictures differ, one is wrong.
 
 use cullet_cull::{Aabb, Ray, ray_aabb, ray_triangle};
-use cullet_raster::{Facing, Fragment, snap};
+use cullet_raster::{Facing, Fragment, SubpixelBits};
 use cullet_transform::{ClipPoint, Kind, PlaneMask, View, Window};
 use glam::{DMat4, DVec3, Vec3};
 
-use crate::settings::SUBPIXEL_BITS;
 use crate::shading::{Emit, Places, Run, VisibleTriangle, keeps};
 use crate::{Item, Prepared, Region, Settings};
 
@@ -52,8 +51,9 @@ impl<'a> Raycaster<'a> {
         snapped: bool,
     ) -> Self {
         let mut triangles = Vec::new();
+        let grid = snapped.then_some(settings.subpixel_bits);
         for (item, _) in prepared.items().iter().zip(planes).filter(|(_, p)| p.is_some()) {
-            collect(prepared, view, item, snapped, &mut triangles);
+            collect(prepared, view, item, grid, &mut triangles);
         }
         let mut nodes = vec![Node { bounds: Aabb::EMPTY, first: 0, len: triangles.len() }];
         build(&mut nodes, 0, &mut triangles, 0);
@@ -66,7 +66,9 @@ impl<'a> Raycaster<'a> {
         let mut nearest: Option<Hit<'_>> = None;
         let mut stack = vec![0];
         while let Some(node) = stack.pop().map(|i: usize| &self.nodes[i]) {
-            let Some((enter, _)) = ray_aabb(&pixel.ray, &node.bounds) else { continue };
+            let Some((enter, _)) = ray_aabb(&pixel.ray, &node.bounds) else {
+                continue;
+            };
             if nearest.as_ref().is_some_and(|hit| enter > hit.distance * (1.0 + 1e-12)) {
                 continue;
             }
@@ -75,7 +77,9 @@ impl<'a> Raycaster<'a> {
                 continue;
             }
             for triangle in &self.triangles[node.first..node.first + node.len] {
-                let Some(hit) = self.hit(&pixel, triangle) else { continue };
+                let Some(hit) = self.hit(&pixel, triangle) else {
+                    continue;
+                };
                 let nearer = nearest.as_ref().is_none_or(|best| {
                     hit.distance < best.distance
                         || (hit.distance == best.distance && hit.triangle.id < best.triangle.id)
@@ -176,9 +180,15 @@ impl PixelRay {
     }
 }
 
-/// Adds the triangles of an item in view space. With `snapped`, corners inside the picture's
-/// reach are moved to where the rasterizer's grid puts them; triangles it would clip stay.
-fn collect(prepared: &Prepared, view: &View, item: &Item, snapped: bool, out: &mut Vec<Triangle>) {
+/// Adds the triangles of an item in view space. With a `grid`, corners inside the picture's
+/// reach are moved to where that puts them; triangles it would clip stay.
+fn collect(
+    prepared: &Prepared,
+    view: &View,
+    item: &Item,
+    grid: Option<SubpixelBits>,
+    out: &mut Vec<Triangle>,
+) {
     let view_from_model = view.view_from_model(&item.world_from_model);
     let clip_from_model: DMat4 = view.clip_from_model(&item.world_from_model);
     let mesh = prepared.mesh(item);
@@ -189,10 +199,11 @@ fn collect(prepared: &Prepared, view: &View, item: &Item, snapped: bool, out: &m
             continue;
         }
         let clip = points.map(|p| ClipPoint::from_model(&clip_from_model, p));
-        let corners = if snapped && clip.iter().all(is_in_reach) {
-            [0, 1, 2].map(|i| snapped_corner(view, &clip[i], -exact[i].z))
-        } else {
-            exact
+        let corners = match grid {
+            Some(grid) if clip.iter().all(is_in_reach) => {
+                [0, 1, 2].map(|i| snapped_corner(view, grid, &clip[i], -exact[i].z))
+            }
+            _ => exact,
         };
         out.push(Triangle { id, corners });
     }
@@ -204,9 +215,9 @@ fn is_in_reach(p: &ClipPoint) -> bool {
     p.w > 0.0 && p.z <= p.w && p.z >= 0.0 && p.x.abs() <= reach && p.y.abs() <= reach
 }
 
-fn snapped_corner(view: &View, clip: &ClipPoint, distance: f64) -> DVec3 {
-    let at = snap::<SUBPIXEL_BITS>(view.viewport(), clip);
-    let units = f64::from(1u32 << SUBPIXEL_BITS);
+fn snapped_corner(view: &View, grid: SubpixelBits, clip: &ClipPoint, distance: f64) -> DVec3 {
+    let at = grid.snap(view.viewport(), clip);
+    let units = grid.units();
     let (width, height) = (f64::from(view.viewport().width()), f64::from(view.viewport().height()));
     view.window().at(at.x as f64 / units / width, at.y as f64 / units / height, distance)
 }

@@ -11,6 +11,7 @@ use crate::frame::Band;
 use crate::raycast::Raycaster;
 use crate::schedule::{for_each_with, thread_count};
 use crate::shading::{Scene, Shaded, encode_linear, fill_background, shade_bands, shade_run};
+use crate::supersample::{Supersampling, fine};
 use crate::tile_shader::TileShader;
 use crate::tiles::{TileDrawer, TileScratch};
 use crate::visible_clusters::VisibleClusters;
@@ -25,6 +26,15 @@ pub struct Renderer {
     bins: Bins,
     /// By thread.
     threads: Vec<TileScratch>,
+}
+
+/// What to draw, from where, how, and with how many pixels for each one of the frame along a side.
+#[derive(Clone, Copy)]
+struct Drawn<'a> {
+    prepared: &'a Prepared,
+    view: &'a View,
+    settings: &'a Settings,
+    per_side: u32,
 }
 
 /// Rows per job of the ray caster.
@@ -47,9 +57,30 @@ impl Renderer {
         stats.stages.cull = start.elapsed();
         frame.reset(region.width, region.height, settings.passes);
         match settings.renderer {
-            RendererKind::Raster => {
-                self.raster(prepared, view, settings, threads, region, frame, &mut stats);
-            }
+            RendererKind::Raster => match Supersampling::new(view, settings.antialias) {
+                None => {
+                    let scene = Drawn { prepared, view, settings, per_side: 1 };
+                    self.raster(scene, threads, region, frame, &mut stats);
+                }
+                Some(fine) => {
+                    let (passes, after_cull) = (settings.passes, stats);
+                    let antialias = Antialias::None;
+                    let colors = Settings { passes: passes.colors(), antialias, ..*settings };
+                    let data = Settings { passes: passes.data(), antialias, ..*settings };
+                    if data.passes != Passes::NONE || !passes.needs_color() {
+                        let scene = Drawn { prepared, view, settings: &data, per_side: 1 };
+                        self.raster(scene, threads, region, frame, &mut stats);
+                    }
+                    if passes.needs_color() {
+                        // Of both pictures the times, of the finer one the counters.
+                        stats = FrameStats { stages: stats.stages, ..after_cull };
+                        let Supersampling { per_side, view } = &fine;
+                        let scene =
+                            Drawn { prepared, view, settings: &colors, per_side: *per_side };
+                        self.raster(scene, threads, region, frame, &mut stats);
+                    }
+                }
+            },
             RendererKind::Raycast { snapped } => {
                 let start = Instant::now();
                 let scene = Scene { prepared, view, settings, planes: &self.planes };
@@ -76,21 +107,19 @@ impl Renderer {
         stats
     }
 
-    /// Draws `region` into `frame`, tile by tile.
-    #[expect(clippy::too_many_arguments, reason = "what, from where, how, and where to")]
+    /// Draws `region` of the frame, tile by tile.
     fn raster(
         &mut self,
-        prepared: &Prepared,
-        view: &View,
-        settings: &Settings,
+        Drawn { prepared, view, settings, per_side }: Drawn<'_>,
         threads: usize,
         region: Region,
         frame: &mut Frame,
         stats: &mut FrameStats,
     ) {
         let start = Instant::now();
+        let region = fine(region, per_side);
         let samples = match settings.antialias {
-            Antialias::None => Samples::One,
+            Antialias::None | Antialias::Ssaa4 | Antialias::Ssaa16 => Samples::One,
             Antialias::Msaa2 => Samples::Two,
             Antialias::Msaa4 => Samples::Four,
             Antialias::Msaa8 => Samples::Eight,
@@ -101,7 +130,7 @@ impl Renderer {
         let rectangles = self.clusters.sorted().map(|cluster| (cluster.shown.x, cluster.shown.y));
         self.bins.fill(&grid, rectangles);
         let middle = Instant::now();
-        stats.stages.geometry = middle - start;
+        stats.stages.geometry += middle - start;
 
         if self.threads.len() < threads {
             self.threads.resize_with(threads, TileScratch::default);
@@ -116,9 +145,10 @@ impl Renderer {
             bins: &self.bins,
             clusters: &self.clusters,
             samples,
+            per_side,
         };
-        let first_rows = side - region.y % side;
-        for_each_with(scratches, frame.bands(first_rows, side), |scratch, band| {
+        let first_rows = (side - region.y % side) / per_side;
+        for_each_with(scratches, frame.bands(first_rows, side / per_side), |scratch, band| {
             row_of_tiles(&drawer, region, scratch, band);
         });
         self.clusters.count(prepared);
@@ -140,8 +170,9 @@ impl Renderer {
         // Threads share the wall time in the proportion of their work.
         let wall = middle.elapsed();
         let share = raster.as_secs_f64() / (raster + shade).as_secs_f64().max(1e-9);
-        stats.stages.raster = wall.mul_f64(share);
-        stats.stages.shade = wall - stats.stages.raster;
+        let raster = wall.mul_f64(share);
+        stats.stages.raster += raster;
+        stats.stages.shade += wall - raster;
     }
 
     fn scratch_bytes(&self) -> u64 {
@@ -159,16 +190,17 @@ fn row_of_tiles(
     mut band: Band<'_>,
 ) {
     let Grid { side, first, size } = drawer.grid;
-    let TileScratch { raster, shade, done } = scratch;
-    let y = region.y + band.first_row as u32;
+    let TileScratch { raster, shade, fine, done } = scratch;
+    let n = drawer.per_side;
+    let y = region.y + n * band.first_row as u32;
     let row = y / side - first[1];
     let mut shader = TileShader::new(drawer.scene, shade);
     for column in 0..size[0] {
         let left = (first[0] + column) * side;
         let x = left.max(region.x);
         let width = (left + side).min(region.x + region.width) - x;
-        let rect = Region { x, y, width, height: band.rows as u32 };
-        let mut target = band.target.right_of((x - region.x) as usize);
+        let rect = Region { x, y, width, height: n * band.rows as u32 };
+        let mut target = band.target.right_of(((x - region.x) / n) as usize);
         let place = [x - left, y - (first[1] + row) * side];
         let passes = drawer.scene.settings.passes;
         let parts = match drawer.samples {
@@ -187,8 +219,14 @@ fn row_of_tiles(
             let start = Instant::now();
             drawer.tile(raster, done, [column, row], samples);
             let drawn = Instant::now();
-            let n = shader.tile(rect, raster, place, passes, &mut target);
-            done.n_pixels += if i == 0 { n } else { 0 };
+            let n_pixels = if n == 1 {
+                shader.tile(rect, raster, place, passes, &mut target)
+            } else {
+                let n_pixels = shader.tile(rect, raster, place, passes, &mut fine.target(rect));
+                fine.average(n, &mut target);
+                n_pixels
+            };
+            done.n_pixels += if i == 0 { n_pixels } else { 0 };
             done.raster += drawn - start;
             done.shade += drawn.elapsed();
         }

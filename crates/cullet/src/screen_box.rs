@@ -6,7 +6,7 @@
 //! their sizes: Higham 2002, "Accuracy and Stability of Numerical Algorithms", 3.1.
 
 use cullet_cull::Aabb;
-use cullet_raster::{DepthFormat, ReversedF32, Samples};
+use cullet_raster::{Precision, Samples, Transforms};
 use cullet_transform::Viewport;
 use glam::DMat4;
 
@@ -21,8 +21,8 @@ pub(crate) struct ScreenBox {
 
 impl ScreenBox {
     /// Everywhere and as near as can be.
-    fn everywhere(viewport: Viewport) -> Self {
-        let nearest = ReversedF32::key(1.0);
+    fn everywhere(viewport: Viewport, precision: Precision) -> Self {
+        let nearest = precision.depth.key(1.0);
         ScreenBox { x: [0, viewport.width() as i32], y: [0, viewport.height() as i32], nearest }
     }
 
@@ -37,11 +37,16 @@ impl ScreenBox {
         clip_from_model: &DMat4,
         viewport: Viewport,
         samples: Samples,
+        precision: Precision,
     ) -> Self {
-        let [x, y, z, w] = [0, 1, 2, 3].map(|row| Row::new(clip_from_model, row, bounds));
+        let ulp = match precision.transforms {
+            Transforms::F64 => 16.0 * f64::EPSILON,
+            Transforms::F32 => 16.0 * f64::from(f32::EPSILON),
+        };
+        let [x, y, z, w] = [0, 1, 2, 3].map(|row| Row::new(clip_from_model, row, bounds, ulp));
         let nearest_w = w.values.iter().fold(f64::INFINITY, |least, w| least.min(*w)) - w.error;
         if !(nearest_w > 0.0 && nearest_w.is_finite()) {
-            return ScreenBox::everywhere(viewport);
+            return ScreenBox::everywhere(viewport, precision);
         }
         let reach = f64::from(samples.reach()) / 16.0;
         let across = |row: &Row, side: u32, sign: f64| -> Option<[i32; 2]> {
@@ -51,10 +56,10 @@ impl ScreenBox {
                 (low, high) = (low.min(ndc), high.max(ndc));
             }
             let largest = low.abs().max(high.abs());
-            let error = (row.error + largest * w.error) / nearest_w + largest * ULP;
+            let error = (row.error + largest * w.error) / nearest_w + largest * ulp;
             let side = f64::from(side);
-            // A snap moves a corner by up to 1/512 px.
-            let margin = 0.5 * side * (error + ULP) + 1.0 / 256.0;
+            // A snap moves a corner by up to half a unit of the grid.
+            let margin = 0.5 * side * (error + ulp) + 1.0 / precision.subpixel_bits.units();
             let px = |ndc: f64| (0.5 + 0.5 * ndc) * side;
             let first = (px(low) - margin - 0.5 - reach).ceil().max(0.0);
             let last = (px(high) + margin - 0.5 + reach).floor().min(side - 1.0);
@@ -64,21 +69,18 @@ impl ScreenBox {
         let (Some(x), Some(y)) =
             (across(&x, viewport.width(), 1.0), across(&y, viewport.height(), -1.0))
         else {
-            return ScreenBox::everywhere(viewport);
+            return ScreenBox::everywhere(viewport, precision);
         };
         // z / w over the box: both are linear, so the corners have the extremes.
         let mut nearest = 0.0_f64;
         for (z, w) in z.values.iter().zip(&w.values) {
             nearest = nearest.max(z / w);
         }
-        let error = (z.error + nearest * w.error) / nearest_w + nearest * ULP;
+        let error = (z.error + nearest * w.error) / nearest_w + nearest * ulp;
         let nearest = ((nearest + error).clamp(0.0, 1.0) as f32).next_up().min(1.0);
-        ScreenBox { x, y, nearest: ReversedF32::key(nearest) }
+        ScreenBox { x, y, nearest: precision.depth.key(nearest.into()) }
     }
 }
-
-/// More than the relative rounding of a few operations.
-const ULP: f64 = 16.0 * f64::EPSILON;
 
 /// One clip coordinate of the eight corners.
 struct Row {
@@ -88,7 +90,8 @@ struct Row {
 }
 
 impl Row {
-    fn new(clip_from_model: &DMat4, row: usize, bounds: &Aabb) -> Self {
+    /// `ulp` is more than the relative rounding of a few operations.
+    fn new(clip_from_model: &DMat4, row: usize, bounds: &Aabb, ulp: f64) -> Self {
         let m = clip_from_model.row(row);
         let [min, max] = [bounds.min, bounds.max];
         let x = [m.x * min.x, m.x * max.x];
@@ -99,7 +102,7 @@ impl Row {
             *value = x[i & 1] + y[i >> 1 & 1] + z[i >> 2] + m.w;
         }
         let size = |pair: [f64; 2]| pair[0].abs().max(pair[1].abs());
-        let error = (size(x) + size(y) + size(z) + m.w.abs()) * ULP;
+        let error = (size(x) + size(y) + size(z) + m.w.abs()) * ulp;
         Row { values, error }
     }
 }
@@ -107,8 +110,8 @@ impl Row {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use cullet_raster::snap;
-    use cullet_transform::{Camera, ClipPoint, Projection, View};
+    use cullet_raster::{DepthKind, SubpixelBits};
+    use cullet_transform::{Camera, Projection, View};
     use glam::{DAffine3, DVec3};
 
     #[test]
@@ -140,22 +143,32 @@ mod tests {
             let bounds = Aabb::from_points(corners);
             let clip_from_model = view.clip_from_model(&model);
             let samples = Samples::ALL[round / 9 % 4];
-            let shown = ScreenBox::of(&bounds, &clip_from_model, viewport, samples);
-            n_bounded += u32::from(shown != ScreenBox::everywhere(viewport));
+            let precision = Precision {
+                transforms: [Transforms::F64, Transforms::F32][round / 64 % 2],
+                subpixel_bits: SubpixelBits::ALL[round / 4 % 4],
+                depth: DepthKind::ALL[round / 16 % 4],
+            };
+            let shown = ScreenBox::of(&bounds, &clip_from_model, viewport, samples, precision);
+            n_bounded += u32::from(shown != ScreenBox::everywhere(viewport, precision));
             for _ in 0..20 {
                 let t = vector() * 0.5 + 0.5;
                 let p = bounds.min + (bounds.max - bounds.min) * t;
-                let clip = ClipPoint::from_model(&clip_from_model, p.clamp(bounds.min, bounds.max));
+                let p = p.as_vec3().clamp(bounds.min.as_vec3(), bounds.max.as_vec3());
+                let clip = precision.transforms.clip(&clip_from_model, p);
                 let in_front = clip.w > 0.0; // false for NaN
                 if !in_front {
-                    assert_eq!(shown, ScreenBox::everywhere(viewport));
+                    assert_eq!(shown, ScreenBox::everywhere(viewport, precision));
                     continue;
                 }
-                let at = snap::<8>(viewport, &clip);
+                let (at, bits) = (
+                    precision.subpixel_bits.snap(viewport, &clip),
+                    precision.subpixel_bits.count(),
+                );
                 // A sample exactly there.
                 for offset in samples.offsets() {
                     let pixel = |units: i64, axis: usize| {
-                        (units - 128 - 16 * i64::from(offset[axis])).div_euclid(256)
+                        let offset = (i64::from(offset[axis]) << bits) / 16;
+                        (units - (1 << (bits - 1)) - offset).div_euclid(1 << bits)
                     };
                     let (x, y) = (pixel(at.x, 0), pixel(at.y, 1));
                     let inside = (0..640).contains(&x) && (0..360).contains(&y);
@@ -166,7 +179,7 @@ mod tests {
                     assert!(!inside || (near(shown.x, x) && near(shown.y, y)), "{round}");
                 }
                 let depth = clip.ndc().depth.clamp(0.0, 1.0);
-                assert!(ReversedF32::key(depth as f32) <= shown.nearest, "{round}");
+                assert!(precision.depth.key(depth) <= shown.nearest, "{round}");
             }
         }
         assert!(n_bounded > 500, "{n_bounded}");

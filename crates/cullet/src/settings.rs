@@ -1,14 +1,12 @@
 //! How well and how to draw, as against what (`Prepared`) and from where (`View`).
 
-use cullet_shade::{Filter, Light, Shading};
+use cullet_raster::{DepthKind, Precision, SubpixelBits, Transforms};
+use cullet_shade::{Filter, Light, PointLight, Shading};
 use cullet_transform::View;
 use glam::Vec4;
 
 use crate::{Passes, Region};
 use cullet_cull::{Test as CullTest, wide::Level};
-
-/// Subpixel positions: 24.8 fixed point.
-pub(crate) const SUBPIXEL_BITS: u32 = 8;
 
 /// The knobs of a frame. `cull`, `hierarchy`, `simd` and `threads` change only how
 /// long a frame takes, never what is in it.
@@ -22,10 +20,20 @@ pub struct Settings {
     pub background: Vec4,
     /// The sun and the even light around it.
     pub light: Light,
+    /// A light at a point, besides. Objects beyond its radius are not asked about it, unless `cull`
+    /// is `None`: that changes no pixel.
+    pub point_light: Option<PointLight>,
     /// How textures are filtered.
     pub filter: Filter,
     /// How edges are smoothed. Data passes always take one sample at the pixel's centre.
     pub antialias: Antialias,
+    /// The arithmetic that puts vertices on the screen.
+    pub transforms: Transforms,
+    /// The grid that vertices are snapped to: how far edges move. Only the default has the fast code.
+    pub subpixel_bits: SubpixelBits,
+    /// What is kept of a sample's depth: how far apart things must be to be told apart. Only the
+    /// default has the fast code.
+    pub depth_format: DepthKind,
     /// The test that throws out objects before any vertex work. Never changes a pixel.
     pub cull: CullTest,
     /// Ask the tree over all objects first, where it serves the test (`PVertex`, `Both`, `Sat`).
@@ -62,8 +70,12 @@ impl Default for Settings {
             passes: Passes::COLOR,
             background: Vec4::new(0.02, 0.03, 0.05, 1.0),
             light: Light::default(),
+            point_light: None,
             filter: Filter::Trilinear,
             antialias: Antialias::Msaa4,
+            transforms: Transforms::default(),
+            subpixel_bits: SubpixelBits::default(),
+            depth_format: DepthKind::default(),
             cull: CullTest::Both,
             hierarchy: true,
             occlusion: true,
@@ -78,8 +90,18 @@ impl Default for Settings {
     }
 }
 
-/// How many samples of a pixel find out what is visible there. Each triangle seen in a pixel is
-/// shaded once: edges are smoothed, textures and lights are not.
+impl Settings {
+    pub(crate) fn precision(&self) -> Precision {
+        let Settings { transforms, subpixel_bits, depth_format, .. } = *self;
+        Precision { transforms, subpixel_bits, depth: depth_format }
+    }
+}
+
+/// How many samples of a pixel find out what is visible there, and how many are shaded.
+///
+/// With several samples (`Msaa`) each triangle seen in a pixel is shaded once: edges are smoothed,
+/// textures and lights are not. With supersampling (`Ssaa`) every sample is shaded: the picture is
+/// drawn with more pixels and averaged, which costs as much as those pixels do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Antialias {
     /// One, at the centre.
@@ -90,6 +112,22 @@ pub enum Antialias {
     Msaa4,
     /// Eight.
     Msaa8,
+    /// Two by two pixels for each, averaged in linear light.
+    Ssaa4,
+    /// Four by four.
+    Ssaa16,
+}
+
+impl Antialias {
+    /// Pixels drawn for each one along a side. A picture whose sides times this exceed
+    /// [`MAX_SIDE`](cullet_transform::MAX_SIDE) is drawn with half as many, or with one.
+    pub const fn per_side(self) -> u32 {
+        match self {
+            Antialias::None | Antialias::Msaa2 | Antialias::Msaa4 | Antialias::Msaa8 => 1,
+            Antialias::Ssaa4 => 2,
+            Antialias::Ssaa16 => 4,
+        }
+    }
 }
 
 /// Who finds what is visible.

@@ -4,16 +4,17 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
+use cullet_cull::Aabb;
 use cullet_raster::{Fragment, Interpolator};
 use cullet_scene::AlphaMode;
-use cullet_shade::{Look, Surface, Triangle, alpha, base_color, srgb, uv};
+use cullet_shade::{Look, Needs, PointLight, Surface, Triangle, alpha, base_color, srgb, uv};
 use cullet_shade::{world_normal, world_position};
 use cullet_transform::PlaneMask;
 use glam::{DMat4, DVec3, Vec4};
 
 use crate::frame::Target;
 use crate::schedule::for_each;
-use crate::{Frame, Item, Pass, Passes, Prepared, Region, Settings, View};
+use crate::{CullTest, Frame, Item, Pass, Passes, Prepared, Region, Settings, View};
 
 /// What is drawn, from where and how: all that shading reads.
 #[derive(Clone, Copy)]
@@ -27,9 +28,29 @@ pub(crate) struct Scene<'a> {
 
 impl Scene<'_> {
     pub(crate) fn look(&self) -> Look {
-        let Settings { light, filter, simd, .. } = *self.settings;
-        Look { light, filter, simd }
+        let Settings { light, point_light, filter, simd, .. } = *self.settings;
+        Look { light, point_light, filter, simd }
     }
+
+    /// What the colours of an item need in this frame.
+    pub(crate) fn needs(&self, item: &Item) -> Needs {
+        let needs = item.needs(self.settings.shading);
+        let light = self.settings.point_light.filter(|_| needs.contains(Needs::LIT));
+        let reached = light.is_some_and(|light| {
+            self.settings.cull == CullTest::None || reaches(&light, &item.bounds)
+        });
+        if reached { needs.with(Needs::POINT_LIGHT) } else { needs }
+    }
+}
+
+/// Whether a light may add something in a box. Shading measures distances in f32, from planes: the box
+/// is taken for larger by more than that is off.
+fn reaches(light: &PointLight, bounds: &Aabb) -> bool {
+    let radius = f64::from(light.radius());
+    let from_light = bounds.relative_to(light.position());
+    let nearest = DVec3::ZERO.clamp(from_light.min, from_light.max);
+    let margin = 1e-3 * (radius + (bounds.max - bounds.min).length());
+    nearest.length() < radius + margin || !nearest.is_finite()
 }
 
 /// The triangle that some pixels of a row show.
@@ -59,7 +80,7 @@ impl<'a> VisibleTriangle<'a> {
     /// Linear colour of a fragment.
     pub(crate) fn color(&self, scene: &Scene<'_>, fragment: &Fragment) -> Vec4 {
         let VisibleTriangle { surface, corners, front, .. } = *self;
-        let needs = self.item.needs(scene.settings.shading);
+        let needs = scene.needs(self.item);
         let triangle = Triangle { surface, corners, front };
         cullet_shade::shade(needs, &triangle, &scene.look(), fragment)
     }

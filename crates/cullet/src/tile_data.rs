@@ -1,7 +1,7 @@
 //! Data that a tile has by itself, without asking any triangle: distances from depth keys, numbers
 //! from ids.
 
-use cullet_raster::{NO_TRIANGLE, TileBuffer};
+use cullet_raster::{NO_TRIANGLE, Precision, TileBuffer};
 use cullet_transform::{Kind, View};
 
 use crate::frame::Target;
@@ -20,11 +20,14 @@ pub(crate) struct Distance {
 
 impl Distance {
     /// `None` where depth in f32 does not tell: parallel views, whose depth has the same step
-    /// everywhere, and near distances that f32 cannot hold.
-    pub fn new(view: &View) -> Option<Self> {
+    /// everywhere, and near distances that f32 cannot hold; and every precision but the
+    /// default.
+    pub fn new(view: &View, precision: Precision) -> Option<Self> {
         let clip_from_view = view.clip_from_view();
         let (scale, shift) = (clip_from_view.z_axis.z, clip_from_view.w_axis.z);
-        let is_safe = view.window().kind == Kind::Perspective && (1e-30..1e30).contains(&shift);
+        let is_safe = precision == Precision::default()
+            && view.window().kind == Kind::Perspective
+            && (1e-30..1e30).contains(&shift);
         is_safe.then_some(Distance { scale: scale as f32, shift: shift as f32 })
     }
 
@@ -98,7 +101,7 @@ mod tests {
             let lens = Projection::Perspective { yfov: 1.0, near, far };
             let camera = Camera::look_at(DVec3::ZERO, DVec3::NEG_Z, DVec3::Y, lens).unwrap();
             let view = View::new(&camera, viewport);
-            let distance = Distance::new(&view).unwrap();
+            let distance = Distance::new(&view, Precision::default()).unwrap();
             for i in 0..=1000 {
                 let exact = near * (far.min(near * 1e15) / near).powf(f64::from(i) / 1000.0);
                 let clip = *view.clip_from_view() * DVec3::new(0.0, 0.0, -exact).extend(1.0);
@@ -118,7 +121,7 @@ mod tests {
         ];
         for lens in lenses {
             let camera = Camera::look_at(DVec3::ZERO, DVec3::NEG_Z, DVec3::Y, lens).unwrap();
-            assert!(Distance::new(&View::new(&camera, viewport)).is_none());
+            assert!(Distance::new(&View::new(&camera, viewport), Precision::default()).is_none());
         }
     }
 }

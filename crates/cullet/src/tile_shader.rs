@@ -10,12 +10,13 @@
 
 use cullet_raster::{BLOCK, NO_TRIANGLE, Placement, Samples};
 use cullet_shade::Needs;
-use cullet_shade::wide::{ColorPlanes, Group, Out, Paint, Pixel, Record, paint, set_up};
+use cullet_shade::wide::{
+    ColorPlanes, Group, Out, Paint, Pixel, PointPlanes, Record, paint, set_up,
+};
 use glam::Vec4;
 
 use crate::frame::Target;
 use crate::multisample::EdgeScratch;
-use crate::settings::SUBPIXEL_BITS;
 use crate::shading::{Places, Run, Scene};
 use crate::shading::{encode, encode_linear, fill_background, fill_run};
 use crate::tile_data::{Distance, fill_data};
@@ -63,6 +64,7 @@ pub(crate) struct ShadeScratch {
     wanted: Vec<(u32, u32)>,
     records: Vec<Record>,
     colors: Vec<ColorPlanes>,
+    points: Vec<PointPlanes>,
     pixels: Vec<Pixel>,
     sorted: Vec<Pixel>,
     n_pixels_of_paint: Vec<u32>,
@@ -77,7 +79,7 @@ struct Draw {
     item: usize,
     first_triangle: u32,
     n_triangles: u32,
-    placement: Placement<SUBPIXEL_BITS>,
+    placement: Placement,
     needs: Needs,
     paint: u32,
     /// Triangles of the batch, and where the next of them goes in the list.
@@ -117,6 +119,7 @@ impl Default for ShadeScratch {
             wanted: vec![(0, 0); BATCH],
             records: vec![Record::default(); BATCH],
             colors: Vec::new(),
+            points: Vec::new(),
             pixels: vec![Pixel::default(); BATCH + 1],
             sorted: vec![Pixel::default(); BATCH + 1],
             n_pixels_of_paint: Vec::new(),
@@ -143,6 +146,7 @@ impl ShadeScratch {
             + BATCH * (20 + 2 * size_of::<Pixel>() + size_of::<Record>())
             + self.colors.capacity() * size_of::<ColorPlanes>()
             + self.corners.bytes()
+            + self.points.capacity() * size_of::<PointPlanes>()
             + self.edges.bytes()
     }
 }
@@ -158,7 +162,11 @@ impl<'a> TileShader<'a> {
     /// `scratch` has begun the frame of `scene`.
     pub(crate) fn new(scene: Scene<'a>, scratch: &'a mut ShadeScratch) -> Self {
         scratch.draws.of_item.resize(scene.prepared.items().len(), 0);
-        TileShader { scene, scratch, distance: Distance::new(scene.view) }
+        TileShader {
+            scene,
+            scratch,
+            distance: Distance::new(scene.view, scene.settings.precision()),
+        }
     }
 
     /// Fills passes of a rectangle of the picture, whose upper left pixel is at `place` in `tile`.
@@ -210,7 +218,7 @@ impl<'a> TileShader<'a> {
             let clipped = if data.contains(Pass::Depth) { &raster.clipped[..] } else { &[] };
             if left != Passes::NONE || !clipped.is_empty() {
                 let slots = &mut self.scratch.corners;
-                let mut corners = Corners::new(scene.prepared, scene.view, scene.planes, slots);
+                let mut corners = Corners::new(&scene, slots);
                 scan(rect, ids, stride, &mut |id, [x, y], len| {
                     let is_clipped = clipped.binary_search(&id).is_ok();
                     let wanted = if is_clipped { left.with(Pass::Depth) } else { left };
@@ -312,14 +320,14 @@ impl<'a> TileShader<'a> {
             if n == 0 {
                 continue;
             }
-            let ShadeScratch { paints, pixels, sorted, records, colors, left, .. } =
+            let ShadeScratch { paints, pixels, sorted, records, colors, points, left, .. } =
                 &mut *self.scratch;
             let list = if n_paints == 1 { pixels } else { sorted };
             let list = &list[first..first + n];
             let surface = prepared.surface(&prepared.items()[paints[i].item]);
             let key = Paint::new(&surface, paints[i].needs, &look);
             left.clear();
-            paint(&key, list, records, colors, out, left);
+            paint(&key, list, records, colors, points, out, left);
             if !left.is_empty() {
                 self.paint_left(block, n_paints == 1, first, out);
             }
@@ -372,12 +380,19 @@ impl<'a> TileShader<'a> {
                 needs: draw.needs,
                 mirrored: item.mirrored,
                 light: settings.light,
+                point_light: settings
+                    .point_light
+                    .filter(|_| draw.needs.contains(Needs::POINT_LIGHT)),
                 block,
             };
             if draw.needs.contains(Needs::VERTEX_COLOR) && scratch.colors.is_empty() {
                 scratch.colors.resize(BATCH, ColorPlanes::default());
             }
-            set_up(settings.simd, &group, wanted, &mut scratch.records, &mut scratch.colors);
+            if group.point_light.is_some() && scratch.points.is_empty() {
+                scratch.points.resize(BATCH, PointPlanes::default());
+            }
+            let (records, colors) = (&mut scratch.records, &mut scratch.colors);
+            set_up(settings.simd, &group, wanted, records, colors, &mut scratch.points);
             first += wanted.len();
             draw.n_wanted = 0;
         }
@@ -419,7 +434,7 @@ impl<'a> TileShader<'a> {
         let scene = self.scene;
         let ShadeScratch { pixels, sorted, left, ids, corners, .. } = &mut *self.scratch;
         let list = if unsorted { pixels } else { sorted };
-        let mut corners = Corners::new(scene.prepared, scene.view, scene.planes, corners);
+        let mut corners = Corners::new(&scene, corners);
         for &i in &*left {
             let pixel = &list[first + i as usize];
             let (triangle, interpolator) = corners.of(ids[pixel.record as usize]);
@@ -537,7 +552,7 @@ impl Draws {
         let item_idx = scene.prepared.item_of(id);
         if self.of_item[item_idx] == 0 {
             let item = &scene.prepared.items()[item_idx];
-            let needs = item.needs(scene.settings.shading);
+            let needs = scene.needs(item);
             let same = |key: &PaintKey| key.material == item.material && key.needs == needs;
             let paint = paints.iter().position(same).unwrap_or_else(|| {
                 paints.push(PaintKey { material: item.material, needs, item: item_idx });
@@ -551,6 +566,7 @@ impl Draws {
                     scene.view.clip_from_model(&item.world_from_model),
                     scene.view.viewport(),
                     scene.planes[item_idx].unwrap_or_default(),
+                    scene.settings.subpixel_bits,
                 ),
                 needs,
                 paint: paint as u32,
@@ -567,11 +583,14 @@ impl Draws {
 #[cfg(test)]
 mod tests {
     use cullet_scene::synth::synth;
+    use cullet_shade::PointLight;
     use cullet_transform::{PlaneMask, Viewport};
+    use glam::Vec3;
 
     use super::*;
     use crate::{
-        Antialias, Frame, Pass, Prepared, Renderer, Settings, View, camera_of, frame_scene,
+        Antialias, CullTest, Frame, Pass, Prepared, Renderer, Settings, View, camera_of,
+        frame_scene,
     };
 
     const SIZE: [u32; 2] = [150, 101];
@@ -642,7 +661,7 @@ mod tests {
         for_each_scene(|shader, _, ids| {
             let scene = shader.scene;
             let mut slots = CornerSlots::default();
-            let mut corners = Corners::new(scene.prepared, scene.view, scene.planes, &mut slots);
+            let mut corners = Corners::new(&scene, &mut slots);
             let mut wanted = Vec::new();
             for (i, &id) in ids.iter().enumerate().filter(|(_, id)| **id != NO_TRIANGLE) {
                 let [x, y] = [i as i32 % SIZE[0] as i32, i as i32 / SIZE[0] as i32];
@@ -693,6 +712,41 @@ mod tests {
             shader.colors(&wanted, &mut colors);
             assert!(colors.iter().all(|color| color.is_finite()));
         });
+    }
+
+    /// A light that reaches some objects of a scene, and part of some of those.
+    #[test]
+    fn a_light_at_a_point_is_that_of_the_plain_code_and_skipped_where_it_ends() {
+        for (prepared, view) in &scenes() {
+            let bounds = prepared.bounds();
+            let place = bounds.center() + bounds.half_extent() * 0.3;
+            let mut pictures = Vec::new();
+            for radius in [0.0, 0.3, 2.0, f64::INFINITY] {
+                let radius = (radius * bounds.half_extent().min_element()) as f32;
+                let light = PointLight::new(place, Vec3::new(9.0, 5.0, 2.0), radius).unwrap();
+                let settings = Settings { point_light: Some(light), ..settings() };
+                let lit = frame(prepared, view, &settings);
+                let all = Settings { cull: CullTest::None, ..settings };
+                assert!(frame(prepared, view, &all).linear == lit.linear, "{radius}");
+                let planes = vec![Some(PlaneMask::ALL); prepared.items().len()];
+                let scene = Scene { prepared, view, settings: &all, planes: &planes };
+                let mut slots = CornerSlots::default();
+                let mut corners = Corners::new(&scene, &mut slots);
+                let mut errors = Vec::new();
+                for (i, id) in lit.triangle.iter().enumerate().filter(|(_, id)| **id != 0) {
+                    let (triangle, interpolator) = corners.of(id - 1);
+                    let [x, y] = [i as u32 % SIZE[0], i as u32 / SIZE[0]];
+                    let plain = triangle.color(&scene, &interpolator.fragment(x, y));
+                    assert!(plain.is_finite());
+                    errors.push((lit.linear[i] - plain).abs().max_element());
+                }
+                errors.sort_by(f32::total_cmp);
+                assert!(errors[errors.len() * 99 / 100] < 1e-3, "{radius}");
+                pictures.push(lit.linear);
+            }
+            assert!(pictures[0] == frame(prepared, view, &settings()).linear);
+            assert!(pictures[3] != pictures[0]);
+        }
     }
 
     #[test]

@@ -9,6 +9,7 @@ use cullet_raster::{
 
 use crate::bins::{Bins, Grid};
 use crate::shading::{Scene, keeps};
+use crate::supersample::FineTile;
 use crate::tile_shader::ShadeScratch;
 use crate::visibility::{CornerSlots, Corners, Ready};
 use crate::visible_clusters::{VisibleCluster, VisibleClusters};
@@ -20,6 +21,8 @@ pub(crate) struct TileDrawer<'a> {
     pub bins: &'a Bins,
     pub clusters: &'a VisibleClusters,
     pub samples: Samples,
+    /// Pixels drawn for each one of the frame along a side.
+    pub per_side: u32,
 }
 
 /// Memory of one thread, and what it did.
@@ -27,6 +30,7 @@ pub(crate) struct TileDrawer<'a> {
 pub(crate) struct TileScratch {
     pub raster: RasterScratch,
     pub shade: ShadeScratch,
+    pub fine: FineTile,
     pub done: Done,
 }
 
@@ -110,7 +114,7 @@ impl TileScratch {
 
     /// Memory held.
     pub fn bytes(&self) -> usize {
-        self.raster.bytes() + self.shade.bytes() + size_of::<Self>()
+        self.raster.bytes() + self.shade.bytes() + self.fine.bytes() + size_of::<Self>()
     }
 }
 
@@ -123,13 +127,13 @@ impl TileDrawer<'_> {
         [column, row]: [u32; 2],
         samples: Samples,
     ) {
-        let Scene { prepared, view, settings, planes } = self.scene;
+        let Scene { prepared, settings, .. } = self.scene;
         let Grid { side, first, size } = self.grid;
         let origin = [(first[0] + column) * side, (first[1] + row) * side];
         let RasterScratch { buffer, clipped, assemblies, corners } = scratch;
         buffer.begin(origin, side as usize, samples);
         clipped.clear();
-        let mut corners = Corners::new(prepared, view, planes, corners);
+        let mut corners = Corners::new(&self.scene, corners);
         for &place in self.bins.of((row * size[0] + column) as usize) {
             let cluster = self.clusters.at(place);
             let rect = part(cluster, origin, side);
@@ -165,6 +169,7 @@ impl TileDrawer<'_> {
             planes: cluster.planes,
             facing: item.facing,
             first_id: item.first_triangle,
+            precision: settings.precision(),
         };
         let clusters = prepared.clusters(cluster.item_idx as usize);
         out.assemble(settings.simd, &clusters.geometry(cluster.cluster_idx as usize), &object);

@@ -1,12 +1,11 @@
 //! Triangles by their ids: from the visibility buffer back to corners, one by one.
 
 use cullet_raster::{Interpolator, NO_TRIANGLE};
-use cullet_transform::{ClipPoint, PlaneMask, View};
+use cullet_transform::ClipPoint;
 use glam::DMat4;
 
-use crate::settings::SUBPIXEL_BITS;
-use crate::shading::VisibleTriangle;
-use crate::{Prepared, Region};
+use crate::Region;
+use crate::shading::{Scene, VisibleTriangle};
 
 /// Hands out the runs of pixels of `rect` that show one triangle each, row by row: the triangle, the
 /// first pixel, how many there are. `ids` begin at the upper left pixel and have `stride` of
@@ -31,9 +30,7 @@ pub(crate) fn scan(
 /// Triangles ready to be interpolated over: those asked for lately are kept, since most triangles
 /// are met again in the next row.
 pub(crate) struct Corners<'a> {
-    prepared: &'a Prepared,
-    view: &'a View,
-    planes: &'a [Option<PlaneMask>],
+    scene: Scene<'a>,
     /// The item looked at last, and the matrix of its vertices.
     item: Option<(usize, DMat4)>,
     slots: &'a mut CornerSlots,
@@ -72,18 +69,13 @@ impl CornerSlots {
 
 impl<'a> Corners<'a> {
     /// `slots` have forgotten all frames but this.
-    pub(crate) fn new(
-        prepared: &'a Prepared,
-        view: &'a View,
-        planes: &'a [Option<PlaneMask>],
-        slots: &'a mut CornerSlots,
-    ) -> Self {
-        Corners { prepared, view, planes, item: None, slots }
+    pub(crate) fn new(scene: &Scene<'a>, slots: &'a mut CornerSlots) -> Self {
+        Corners { scene: *scene, item: None, slots }
     }
 
     /// Triangle `id` of the whole scene.
     pub(crate) fn of(&mut self, id: u32) -> (VisibleTriangle<'a>, &Interpolator) {
-        let prepared = self.prepared;
+        let prepared = self.scene.prepared;
         let Ready { item_idx, front, interpolator, .. } = self.ready(id);
         (VisibleTriangle::new(prepared, *item_idx as usize, id, *front), interpolator)
     }
@@ -102,20 +94,20 @@ impl<'a> Corners<'a> {
     }
 
     fn look_up(&mut self, id: u32) -> Ready {
+        let Scene { prepared, view, settings, planes } = self.scene;
         let (item_idx, clip_from_model) = match self.item {
-            Some(last) if self.prepared.items()[last.0].holds(id) => last,
+            Some(last) if prepared.items()[last.0].holds(id) => last,
             _ => {
-                let item_idx = self.prepared.item_of(id);
-                let item = &self.prepared.items()[item_idx];
-                (item_idx, self.view.clip_from_model(&item.world_from_model))
+                let item_idx = prepared.item_of(id);
+                let item = &prepared.items()[item_idx];
+                (item_idx, view.clip_from_model(&item.world_from_model))
             }
         };
         self.item = Some((item_idx, clip_from_model));
-        let triangle = VisibleTriangle::new(self.prepared, item_idx, id, true);
+        let triangle = VisibleTriangle::new(prepared, item_idx, id, true);
         let points = triangle.positions().map(|p| ClipPoint::from_model(&clip_from_model, p));
-        let planes = self.planes[item_idx].unwrap_or_default();
-        let interpolator =
-            Interpolator::new::<SUBPIXEL_BITS>(self.view.viewport(), &points, planes);
+        let planes = planes[item_idx].unwrap_or_default();
+        let interpolator = settings.subpixel_bits.interpolator(view.viewport(), &points, planes);
         Ready {
             id,
             item_idx: item_idx as u32,

@@ -198,7 +198,9 @@ impl Tester<'_> {
                 continue;
             };
             let viewport = self.view.viewport();
-            let shown = ScreenBox::of(&cluster.bounds, &clip_from_model, viewport, self.samples);
+            let precision = self.settings.precision();
+            let shown =
+                ScreenBox::of(&cluster.bounds, &clip_from_model, viewport, self.samples, precision);
             if shown.is_empty() {
                 job.counters.n_between_samples += 1;
                 job.n_triangles_culled += u64::from(cluster.n_triangles);

@@ -4,8 +4,11 @@ use std::num::NonZeroU32;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use cullet::{Antialias, CullTest, Filter, Level, Light, Region, RendererKind, Shading};
-use glam::{Vec3, Vec4};
+use cullet::{
+    Antialias, CullTest, DepthKind, Filter, Level, Light, PointLight, Region, RendererKind,
+    Shading, SubpixelBits, Transforms,
+};
+use glam::{DVec3, Vec3, Vec4};
 
 use super::passes::PassName;
 use crate::exit::Failure;
@@ -46,13 +49,31 @@ pub struct RenderArgs {
     /// Share of light that comes from everywhere, 0 to 1
     #[arg(long, value_name = "SHARE", default_value_t = 0.25, allow_hyphen_values = true)]
     pub ambient: f32,
+    /// A light at a point, besides: world-space place, linear colour, and the distance at which it ends,
+    /// in scene units or `inf`
+    #[arg(long, value_name = "X,Y,Z,R,G,B,RADIUS", value_parser = point_light)]
+    #[arg(allow_hyphen_values = true)]
+    pub point_light: Option<PointLight>,
     /// How textures are filtered
     #[arg(long, value_enum, default_value = "trilinear")]
     pub texture: TextureFilter,
     /// How edges are smoothed: so many samples of each pixel find out what is visible, and each triangle
-    /// seen there is shaded once. Data passes and the ray caster take one sample at the centre
+    /// seen there is shaded once (msaa), or every sample is shaded (ssaa: four or sixteen times the work).
+    /// Data passes and the ray caster take one sample at the centre
     #[arg(long, value_enum, default_value = "msaa4")]
     pub aa: Antialiasing,
+    /// The arithmetic that puts vertices on the screen. f32 is off by a few units of 2^-24 of the
+    /// largest term: little, unless models are much larger than what is seen of them
+    #[arg(long, value_enum, default_value = "f64")]
+    pub transform: TransformName,
+    /// Bits of the grid below the pixel that vertices are snapped to: edges move by up to 1/32, 1/512,
+    /// 1/8192 or 1/131072 px. Only 8 has the fast code
+    #[arg(long, value_enum, default_value = "8")]
+    pub subpixel_bits: SubpixelBitsName,
+    /// What is kept of a sample's depth: how far apart things must be to be told apart (docs/depth.md
+    /// has the figures). Only f32 has the fast code
+    #[arg(long, value_enum, default_value = "f32")]
+    pub depth_format: DepthName,
     /// Kinds of picture; several put their name before the extension (x.png: x.color.png)
     #[arg(long, value_enum, value_delimiter = ',', default_value = "color")]
     pub passes: Vec<PassName>,
@@ -145,6 +166,49 @@ pub enum Antialiasing {
     Msaa4,
     /// Eight samples
     Msaa8,
+    /// Two by two pixels for each, all shaded
+    Ssaa4,
+    /// Four by four pixels for each, all shaded
+    Ssaa16,
+}
+
+/// `--transform`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum TransformName {
+    /// Double precision
+    F64,
+    /// Single precision
+    F32,
+}
+
+/// `--subpixel-bits`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum SubpixelBitsName {
+    /// Sixteenths of a pixel
+    #[value(name = "4")]
+    Four,
+    /// The rule of Direct3D
+    #[value(name = "8")]
+    Eight,
+    /// For comparison
+    #[value(name = "12")]
+    Twelve,
+    /// For comparison; triangles are clipped sooner
+    #[value(name = "16")]
+    Sixteen,
+}
+
+/// `--depth-format`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum DepthName {
+    /// Float, reversed: 1 at the near plane
+    F32,
+    /// Float, 0 at the near plane
+    F32Standard,
+    /// 24-bit integer, 0 at the near plane
+    U24,
+    /// 16-bit integer, 0 at the near plane
+    U16,
 }
 
 /// `--cull`.
@@ -253,6 +317,7 @@ impl RenderArgs {
             passes: cullet::Passes::NONE,
             background: self.background,
             light: Light::new(self.sun, self.ambient)?,
+            point_light: self.point_light,
             filter: match self.texture {
                 TextureFilter::Nearest => Filter::Nearest,
                 TextureFilter::Bilinear => Filter::Bilinear,
@@ -271,6 +336,24 @@ impl RenderArgs {
                 Antialiasing::Msaa2 => Antialias::Msaa2,
                 Antialiasing::Msaa4 => Antialias::Msaa4,
                 Antialiasing::Msaa8 => Antialias::Msaa8,
+                Antialiasing::Ssaa4 => Antialias::Ssaa4,
+                Antialiasing::Ssaa16 => Antialias::Ssaa16,
+            },
+            transforms: match self.transform {
+                TransformName::F64 => Transforms::F64,
+                TransformName::F32 => Transforms::F32,
+            },
+            subpixel_bits: match self.subpixel_bits {
+                SubpixelBitsName::Four => SubpixelBits::Four,
+                SubpixelBitsName::Eight => SubpixelBits::Eight,
+                SubpixelBitsName::Twelve => SubpixelBits::Twelve,
+                SubpixelBitsName::Sixteen => SubpixelBits::Sixteen,
+            },
+            depth_format: match self.depth_format {
+                DepthName::F32 => DepthKind::ReversedF32,
+                DepthName::F32Standard => DepthKind::StandardF32,
+                DepthName::U24 => DepthKind::StandardU24,
+                DepthName::U16 => DepthKind::StandardU16,
             },
             hierarchy: self.hierarchy == Switch::On,
             occlusion: self.occlusion == Switch::On,
@@ -325,6 +408,17 @@ fn vector(text: &str) -> Result<Vec3, String> {
     }
 }
 
+fn point_light(text: &str) -> Result<PointLight, String> {
+    let numbers: Option<Vec<f64>> = text.split(',').map(|n| n.trim().parse().ok()).collect();
+    match numbers.as_deref() {
+        Some(&[x, y, z, r, g, b, radius]) => {
+            let color = DVec3::new(r, g, b).as_vec3();
+            PointLight::new(DVec3::new(x, y, z), color, radius as f32).map_err(|e| e.to_string())
+        }
+        _ => Err("give place, colour and radius: seven numbers with commas between them".into()),
+    }
+}
+
 fn background(text: &str) -> Result<Vec4, String> {
     if text == "transparent" {
         return Ok(Vec4::ZERO);
@@ -352,6 +446,16 @@ mod tests {
         assert_eq!(region("1,2,3,4"), Ok(expected));
         for text in ["1,2,3", "1,2,0,4", "-1,2,3,4", "1,2,3,4,5"] {
             assert!(region(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn point_lights() {
+        let light = point_light("1,-2,3,1,0.5,0,inf").unwrap();
+        assert_eq!(light.position(), DVec3::new(1.0, -2.0, 3.0));
+        assert_eq!((light.color(), light.radius()), (Vec3::new(1.0, 0.5, 0.0), f32::INFINITY));
+        for text in ["1,2,3", "1,2,3,1,1,1,-1", "1,2,3,-1,0,0,1", "nan,2,3,1,1,1,1", "a"] {
+            assert!(point_light(text).is_err(), "{text}");
         }
     }
 

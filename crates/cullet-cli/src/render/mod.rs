@@ -12,6 +12,7 @@ use std::time::{Duration, Instant};
 use clap::ValueEnum;
 use cpu_time::ProcessTime;
 use cullet::scene::Images;
+use cullet::transform::MAX_SIDE;
 use cullet::{
     Camera, Frame, FrameStats, Pass, Passes, Prepared, Region, Renderer, Settings, View, Viewport,
     legend,
@@ -55,6 +56,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let region = region(args, viewport)?;
     warnings.extend(check_numbers(&pictures, &prepared)?);
     check_sizes(args, &pictures, region, viewport)?;
+    check_supersampling(&settings, viewport)?;
     let view = View::new(&camera, viewport);
     let mut frame = Frame::default();
     let frames = draw(args, &prepared, &view, &settings, &mut frame)?;
@@ -177,6 +179,19 @@ fn check_sizes(
                 format.max_side()
             )));
         }
+    }
+    Ok(())
+}
+
+/// Supersampling draws a larger picture, which must not be too large itself.
+fn check_supersampling(settings: &Settings, viewport: Viewport) -> Result<(), Failure> {
+    let (n, longest) = (settings.antialias.per_side(), viewport.width().max(viewport.height()));
+    if settings.passes.needs_color() && longest > MAX_SIDE / n {
+        return Err(Failure::limit(format!(
+            "--aa ssaa{} draws {n} times {longest} pixels along a side, more than {MAX_SIDE}; \
+             make --size smaller or choose another --aa",
+            n * n
+        )));
     }
     Ok(())
 }
@@ -337,8 +352,19 @@ fn settings_json(args: &RenderArgs, camera: &Camera, viewport: Viewport, region:
         "background": args.background.to_array().map(from_f32),
         "sun": args.sun.to_array().map(from_f32),
         "ambient": from_f32(args.ambient),
+        "point_light": args.point_light.map(|light| json!({
+            "position": light.position().to_array(),
+            "color": light.color().to_array().map(from_f32),
+            "radius": match light.radius().is_finite() {
+                true => json!(from_f32(light.radius())),
+                false => json!("inf"),
+            },
+        })),
         "texture": name(&args.texture),
         "aa": name(&args.aa),
+        "transform": name(&args.transform),
+        "subpixel_bits": name(&args.subpixel_bits).and_then(|bits| bits.parse::<u32>().ok()),
+        "depth_format": name(&args.depth_format),
         "passes": args.passes.iter().map(name).collect::<Vec<_>>(),
         "bits": args.bits.parse::<u32>().ok(),
         "png_compression": name(&args.png_compression),

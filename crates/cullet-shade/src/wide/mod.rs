@@ -11,10 +11,12 @@
 //! ([`cullet_raster::BLOCK`]): not on which pixels share a group, nor on the instruction set.
 
 mod paint;
+mod point;
 mod record;
 mod sampler;
 #[cfg(test)]
 mod tests;
 
 pub use paint::{Out, Paint, Pixel, paint};
+pub use point::PointPlanes;
 pub use record::{ColorPlanes, Group, Record, set_up};

@@ -3,9 +3,11 @@
 use fearless_simd::{Level, Simd, dispatch, f32x4, f32x8, prelude::*, u32x8};
 use glam::{Vec2, Vec3, Vec4};
 
+use super::point::{PointPlanes, light_on};
 use super::record::{ColorPlanes, LEAST, NORMAL, Record};
 use super::sampler::{EIGHTS, Sampler, Taps};
 use crate::kernel::Look;
+use crate::light::PointLight;
 use crate::needs::Needs;
 use crate::sampler::{Filter, sample};
 use crate::srgb::{Encoder, encoder};
@@ -20,6 +22,7 @@ pub struct Paint<'a> {
     texture: Option<Sampled<'a>>,
     has_colors: bool,
     light: Lit,
+    point: Option<PointLight>,
     simd: Level,
 }
 
@@ -57,6 +60,7 @@ impl<'a> Paint<'a> {
             texture,
             has_colors: needs.contains(Needs::VERTEX_COLOR),
             light,
+            point: look.point_light.filter(|_| needs.contains(Needs::POINT_LIGHT)),
             simd: look.simd,
         }
     }
@@ -92,28 +96,38 @@ pub fn paint(
     pixels: &[Pixel],
     records: &[Record],
     colors: &[ColorPlanes],
+    points: &[PointPlanes],
     out: &mut Out<'_>,
     left: &mut Vec<u32>,
 ) {
     let encoder = encoder();
-    dispatch!(paint.simd, simd => {
-        paint_all(simd, paint, encoder, pixels, records, colors, out, left)
-    });
+    // A copy of its own for light at a point, so that who has none pays nothing.
+    if paint.point.is_none() {
+        dispatch!(paint.simd, simd => {
+            paint_all::<_, false>(simd, paint, encoder, pixels, records, colors, points, out, left)
+        });
+    } else {
+        dispatch!(paint.simd, simd => {
+            paint_all::<_, true>(simd, paint, encoder, pixels, records, colors, points, out, left)
+        });
+    }
 }
 
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "one call, spread by a macro")]
-fn paint_all<S: Simd>(
+fn paint_all<S: Simd, const POINT: bool>(
     simd: S,
     paint: &Paint<'_>,
     encoder: &Encoder,
     pixels: &[Pixel],
     records: &[Record],
     colors: &[ColorPlanes],
+    points: &[PointPlanes],
     out: &mut Out<'_>,
     left: &mut Vec<u32>,
 ) {
     let mut stage = Stage::default();
+    let mut lights = [[[0.0; 8]; 3]; EIGHTS];
     for (i_chunk, chunk) in pixels.chunks(8 * EIGHTS).enumerate() {
         let (eights, rest) = chunk.as_chunks::<8>();
         let mut last = [Pixel::default(); 8];
@@ -126,6 +140,17 @@ fn paint_all<S: Simd>(
         stage.taps.are_fine = true;
         for i in 0..n {
             paint.place(simd, eight(i), records, colors, &mut stage, i);
+            if POINT && let Some(light) = &paint.point {
+                let is_flat = matches!(paint.light, Lit::Flat);
+                let values = match is_one_triangle(eight(i)) {
+                    true => values_of_one(simd, eight(i), records),
+                    false => values(simd, eight(i), records),
+                };
+                let (rgb, good) =
+                    light_on(simd, light, eight(i), records, points, &values, is_flat);
+                lights[i] = rgb;
+                stage.good[i] &= good;
+            }
         }
         if let Some(Sampled::Wide(sampler)) = &paint.texture {
             for lod in &mut stage.lod[..n] {
@@ -139,7 +164,8 @@ fn paint_all<S: Simd>(
             sampler.blend_all(simd, &stage.taps, n, &mut stage.texels);
         }
         for i in 0..n {
-            stage.rgb[i] = paint.color(simd, &stage, i);
+            stage.rgb[i] =
+                paint.color(simd, &stage, i, if POINT { Some(&lights[i]) } else { None });
             if stage.good[i] != 0xff {
                 let n_lanes = if i < eights.len() { 8 } else { rest.len() };
                 leave(8 * (i_chunk * EIGHTS + i), n_lanes, stage.good[i], left);
@@ -269,7 +295,13 @@ impl Paint<'_> {
 
     /// The colours of eight pixels.
     #[inline(always)]
-    fn color<S: Simd>(&self, simd: S, stage: &Stage, i: usize) -> [[u32; 8]; 3] {
+    fn color<S: Simd>(
+        &self,
+        simd: S,
+        stage: &Stage,
+        i: usize,
+        point: Option<&[[f32; 8]; 3]>,
+    ) -> [[u32; 8]; 3] {
         let mut rgb = [
             f32x8::splat(simd, self.factor.x),
             f32x8::splat(simd, self.factor.y),
@@ -301,7 +333,14 @@ impl Paint<'_> {
         }
         if !matches!(self.light, Lit::No) {
             let light = f32x8::simd_from(simd, stage.light[i]);
-            rgb = [rgb[0] * light, rgb[1] * light, rgb[2] * light];
+            rgb = match point {
+                None => [rgb[0] * light, rgb[1] * light, rgb[2] * light],
+                Some([r, g, b]) => [
+                    rgb[0] * (light + f32x8::simd_from(simd, *r)),
+                    rgb[1] * (light + f32x8::simd_from(simd, *g)),
+                    rgb[2] * (light + f32x8::simd_from(simd, *b)),
+                ],
+            };
         }
         [
             rgb[0].bitcast::<u32x8<S>>().into(),
@@ -312,10 +351,10 @@ impl Paint<'_> {
 }
 
 /// Attributes over w at eight pixels.
-struct Values<S: Simd> {
+pub(super) struct Values<S: Simd> {
     /// Sum of shares, u, v, and the least sum.
-    low: [f32x8<S>; 4],
-    normal: [f32x8<S>; 3],
+    pub low: [f32x8<S>; 4],
+    pub normal: [f32x8<S>; 3],
 }
 
 #[inline(always)]
@@ -421,7 +460,7 @@ fn colors_over_w<S: Simd>(
 
 /// From four numbers of each pixel to eight pixels of each number.
 #[inline(always)]
-fn transposed<S: Simd>(rows: &[f32x4<S>; 8]) -> [f32x8<S>; 4] {
+pub(super) fn transposed<S: Simd>(rows: &[f32x4<S>; 8]) -> [f32x8<S>; 4] {
     let [a, b, c, d] = transposed4([rows[0], rows[1], rows[2], rows[3]]);
     let [e, f, g, h] = transposed4([rows[4], rows[5], rows[6], rows[7]]);
     [a.combine(e), b.combine(f), c.combine(g), d.combine(h)]

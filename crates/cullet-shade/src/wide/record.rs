@@ -10,8 +10,9 @@ use glam::{Affine2, Vec2, Vec3, Vec4};
 
 use cullet_scene::Wrap;
 
+use super::point::PointPlanes;
 use crate::kernel::lambert;
-use crate::light::Light;
+use crate::light::{Light, PointLight};
 use crate::needs::Needs;
 use crate::surface::{Surface, flat_normal};
 
@@ -40,40 +41,44 @@ pub struct ColorPlanes {
 
 /// Triangles of one object in one block.
 #[derive(Clone, Copy, Debug)]
-pub struct Group<'a, const BITS: u32> {
+pub struct Group<'a> {
     /// The object.
     pub surface: Surface<'a>,
     /// Where it is on the screen.
-    pub placement: &'a Placement<BITS>,
+    pub placement: &'a Placement,
     /// What its colour needs.
     pub needs: Needs,
     /// The object is mirrored: its front faces run clockwise.
     pub mirrored: bool,
     /// The light on it.
     pub light: Light,
+    /// A light at a point that reaches it.
+    pub point_light: Option<PointLight>,
     /// Upper left pixel of the block.
     pub block: [u32; 2],
 }
 
 /// Makes the records of `wanted`: pairs of a triangle of the mesh and its place in `records`, and
-/// in `colors` if vertex colours are needed.
-pub fn set_up<const BITS: u32>(
+/// in `colors` if vertex colours are needed, in `points` if there is a light at a point.
+pub fn set_up(
     simd: Level,
-    group: &Group<'_, BITS>,
+    group: &Group<'_>,
     wanted: &[(u32, u32)],
     records: &mut [Record],
     colors: &mut [ColorPlanes],
+    points: &mut [PointPlanes],
 ) {
-    dispatch!(simd, simd => set_up_all(simd, group, wanted, records, colors));
+    dispatch!(simd, simd => set_up_all(simd, group, wanted, records, colors, points));
 }
 
 #[inline(always)]
-fn set_up_all<S: Simd, const BITS: u32>(
+fn set_up_all<S: Simd>(
     simd: S,
-    group: &Group<'_, BITS>,
+    group: &Group<'_>,
     wanted: &[(u32, u32)],
     records: &mut [Record],
     colors: &mut [ColorPlanes],
+    points: &mut [PointPlanes],
 ) {
     let attributes = Attributes::new(simd, group);
     let mesh = group.surface.mesh;
@@ -118,6 +123,17 @@ fn set_up_all<S: Simd, const BITS: u32>(
                 if let Some(values) = attributes.colors {
                     set_up_colors(simd, values, &shares, lane, corners, &mut colors[record]);
                 }
+                if let Some(light) = &group.point_light {
+                    let surface = &group.surface;
+                    let mut normal = Vec3::ZERO;
+                    if attributes.flat.is_some() {
+                        let front = shares.clockwise[lane] == group.mirrored;
+                        let outward = flat_normal(surface, corners);
+                        normal = if front { outward } else { -outward };
+                    }
+                    points[record] =
+                        PointPlanes::new(simd, light, surface, &shares, lane, corners, normal);
+                }
             }
         }
     }
@@ -144,7 +160,7 @@ struct Attributes<'a, S: Simd> {
 
 impl<'a, S: Simd> Attributes<'a, S> {
     #[inline(always)]
-    fn new<const BITS: u32>(simd: S, group: &'a Group<'_, BITS>) -> Self {
+    fn new(simd: S, group: &'a Group<'_>) -> Self {
         let Group { surface, needs, .. } = group;
         let (mut uvs, mut periods, mut transform) = (None, [0.0; 2], None);
         if let (Some(used), Some(texture)) = (&surface.material.base_color_texture, surface.texture)

@@ -1,6 +1,6 @@
 //! Wide code against the plain code, and against itself in other groups.
 
-use cullet_raster::{BLOCK, Interpolator, Placement};
+use cullet_raster::{BLOCK, Interpolator, Placement, SubpixelBits};
 use cullet_scene::{Material, Mesh, Sampler, TextureRef, Wrap};
 use cullet_transform::{Camera, ClipPoint, PlaneMask, Projection, View, Viewport};
 use fearless_simd::Level;
@@ -10,14 +10,13 @@ use proptest::prelude::*;
 use super::*;
 use crate::reference;
 use crate::testing::{Random, config, levels, noise, plain};
-use crate::{Filter, Light, Look, Needs, Shading, Surface, Texture, Triangle, shade};
+use crate::{Filter, Light, Look, Needs, PointLight, Shading, Surface, Texture, Triangle, shade};
 
 const WRAPS: [Wrap; 3] = [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp];
 const SIZE: u32 = 128;
-const BITS: u32 = 8;
 
 fn look(filter: Filter, simd: Level) -> Look {
-    Look { light: Light::default(), filter, simd }
+    Look { light: Light::default(), point_light: None, filter, simd }
 }
 
 fn textured(transform: Option<glam::Affine2>) -> Material {
@@ -38,7 +37,7 @@ fn sampled(texture: &Texture, uv: Vec2, ddx: Vec2, ddy: Vec2, filter: Filter, si
     let mut out = [Vec4::NAN];
     let of = Paint::new(&surface, Needs::TEXTURE, &look(filter, simd));
     let mut left = Vec::new();
-    paint(&of, &[Pixel::default()], &[record], &[], &mut Out::Linear(&mut out), &mut left);
+    paint(&of, &[Pixel::default()], &[record], &[], &[], &mut Out::Linear(&mut out), &mut left);
     assert!(left.is_empty());
     out[0]
 }
@@ -156,6 +155,7 @@ struct Seen<'a> {
     needs: Needs,
     view: View,
     planes: PlaneMask,
+    bits: SubpixelBits,
 }
 
 impl Seen<'_> {
@@ -163,7 +163,8 @@ impl Seen<'_> {
         let mut out = vec![Vec4::NAN; places.len()];
         let mut all_left = Vec::new();
         let clip_from_model = self.view.clip_from_model(&self.surface.world_from_model);
-        let placement = Placement::<BITS>::new(clip_from_model, self.view.viewport(), self.planes);
+        let placement =
+            Placement::new(clip_from_model, self.view.viewport(), self.planes, self.bits);
         let block_of = |place: &[f32; 2]| place.map(|at| at as u32 / BLOCK * BLOCK);
         let mut blocks: Vec<[u32; 2]> = places.iter().map(block_of).collect();
         blocks.sort();
@@ -175,10 +176,12 @@ impl Seen<'_> {
                 needs: self.needs,
                 mirrored: false,
                 light: look.light,
+                point_light: look.point_light.filter(|_| self.needs.contains(Needs::POINT_LIGHT)),
                 block,
             };
             let (mut record, mut colors) = ([Record::default()], [ColorPlanes::default()]);
-            set_up(look.simd, &group, &[(0, 0)], &mut record, &mut colors);
+            let mut points = [PointPlanes::default()];
+            set_up(look.simd, &group, &[(0, 0)], &mut record, &mut colors, &mut points);
             let pixels: Vec<Pixel> = (0..)
                 .zip(places)
                 .filter(|(_, place)| block_of(place) == block)
@@ -189,7 +192,8 @@ impl Seen<'_> {
                 .collect();
             let of = Paint::new(&self.surface, self.needs, look);
             let mut left = Vec::new();
-            paint(&of, &pixels, &record, &colors, &mut Out::Linear(&mut out), &mut left);
+            let out = &mut Out::Linear(&mut out);
+            paint(&of, &pixels, &record, &colors, &points, out, &mut left);
             all_left.extend(left.iter().map(|&i| pixels[i as usize].out));
         }
         (out, all_left)
@@ -201,7 +205,7 @@ impl Seen<'_> {
             let position = self.surface.mesh.positions[i].as_dvec3();
             ClipPoint::from_model(&clip_from_model, position)
         });
-        Interpolator::new::<BITS>(self.view.viewport(), &corners, self.planes)
+        self.bits.interpolator(self.view.viewport(), &corners, self.planes)
     }
 
     fn plain(&self, place: [f32; 2], look: &Look) -> Vec4 {
@@ -243,11 +247,19 @@ fn errors(name: &str, n: usize, corners: impl Fn(&mut Random) -> [Vec3; 3]) -> V
         let surface = Surface::new(&mesh, &material, Some(&texture), DAffine3::IDENTITY);
         let all = Needs::of(&mesh, &material, Shading::Lambert);
         let unlit = Needs::of(&mesh, &material, Shading::Unlit);
-        for needs in [all, unlit, Needs::TEXTURE, Needs::LIT, Needs::VERTEX_COLOR] {
-            let seen = Seen { surface, needs, view: view(), planes: PlaneMask::ALL };
+        let lit = [all, Needs::LIT].map(|needs| needs.with(Needs::POINT_LIGHT));
+        let some = [all, unlit, Needs::TEXTURE, Needs::LIT, Needs::VERTEX_COLOR, lit[0], lit[1]];
+        for needs in some {
+            let bits = SubpixelBits::ALL[(i + 1) % 4];
+            let seen = Seen { surface, needs, view: view(), planes: PlaneMask::ALL, bits };
             let mut places = seen.inside();
             places.truncate(200);
-            let look = look(Filter::Trilinear, Level::new());
+            // So weak that colours are off by no more than places are.
+            let place = corners[0].as_dvec3() + DVec3::new(0.0, 1.0, 3.0);
+            let radius = [4.0, f32::INFINITY][i % 2];
+            let light = PointLight::new(place, Vec3::new(0.1, 0.05, 0.02), radius).unwrap();
+            let point_light = needs.contains(Needs::POINT_LIGHT).then_some(light);
+            let look = Look { point_light, ..look(Filter::Trilinear, Level::new()) };
             let (colors, left) = seen.wide(&places, &look);
             n_left += left.len();
             for (i, (place, color)) in places.iter().zip(&colors).enumerate() {
@@ -301,11 +313,13 @@ fn groups_and_instruction_sets_change_nothing() {
     let texture = Texture::new(&noise(13, 9, 5), Sampler::default());
     let material = textured(Some(glam::Affine2::from_angle(0.3)));
     let surface = Surface::new(&mesh, &material, Some(&texture), DAffine3::IDENTITY);
-    let needs = Needs::of(&mesh, &material, Shading::Lambert);
-    let seen = Seen { surface, needs, view: view(), planes: PlaneMask::ALL };
+    let needs = Needs::of(&mesh, &material, Shading::Lambert).with(Needs::POINT_LIGHT);
+    let bits = SubpixelBits::Eight;
+    let seen = Seen { surface, needs, view: view(), planes: PlaneMask::ALL, bits };
     let mut places = seen.inside();
     places.truncate(1003);
-    let look = look(Filter::Trilinear, Level::new());
+    let light = PointLight::new(DVec3::new(0.0, 0.0, -1.0), Vec3::ONE, 5.0).unwrap();
+    let look = Look { point_light: Some(light), ..look(Filter::Trilinear, Level::new()) };
     let (all, _) = seen.wide(&places, &look);
     for (name, simd) in levels() {
         assert_eq!(seen.wide(&places, &Look { simd, ..look }).0, all, "{name}");

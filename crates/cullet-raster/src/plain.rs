@@ -1,0 +1,111 @@
+//! A cluster assembled and drawn triangle by triangle and sample by sample: what other than the usual
+//! [`Precision`](crate::Precision) takes.
+//!
+//! [`crate::set_up`] decides what is drawn, 64-bit integers what it covers.
+
+use glam::Vec3;
+
+use crate::assembly::{Assembly, Cluster, Object};
+use crate::depth::{DepthFormat, ReversedF32, StandardF32, StandardU16, StandardU24};
+use crate::draw::pixels;
+use crate::fill::{KeepSample, fill_plain};
+use crate::precision::{DepthKind, SubpixelBits};
+use crate::setup::{Placer, ScreenTriangle, SetupCounters, Triangles, Vertex, set_up};
+use crate::tile::{TileBuffer, TileRect};
+
+/// Appends the screen triangles of `cluster` to `out`; `vertices` is scratch.
+pub(crate) fn assemble(
+    cluster: &Cluster<'_>,
+    object: &Object,
+    vertices: &mut Vec<Vertex>,
+    out: &mut Vec<ScreenTriangle>,
+) -> SetupCounters {
+    match object.precision.subpixel_bits {
+        SubpixelBits::Four => assemble_on::<4>(cluster, object, vertices, out),
+        SubpixelBits::Eight => assemble_on::<8>(cluster, object, vertices, out),
+        SubpixelBits::Twelve => assemble_on::<12>(cluster, object, vertices, out),
+        SubpixelBits::Sixteen => assemble_on::<16>(cluster, object, vertices, out),
+    }
+}
+
+fn assemble_on<const BITS: u32>(
+    cluster: &Cluster<'_>,
+    object: &Object,
+    vertices: &mut Vec<Vertex>,
+    out: &mut Vec<ScreenTriangle>,
+) -> SetupCounters {
+    let transforms = object.precision.transforms;
+    let placer = Placer::<BITS>::with(transforms, object.viewport, object.planes);
+    let [x, y, z] = cluster.positions;
+    vertices.clear();
+    vertices.extend((0..x.len()).map(|i| {
+        placer.place(transforms.clip(&object.clip_from_model, Vec3::new(x[i], y[i], z[i])))
+    }));
+    let mut counters = SetupCounters::default();
+    for (corners, id) in cluster.corners.iter().zip(cluster.ids) {
+        let [a, b, c, _] = corners.map(u32::from);
+        let input = Triangles {
+            vertices,
+            triangles: &[[a, b, c]],
+            first_vertex: 0,
+            first_id: object.first_id + id,
+            facing: object.facing,
+        };
+        counters += set_up(&placer, &input, out);
+    }
+    counters
+}
+
+/// Draws the screen triangles of `assembly`, as [`crate::draw()`] does.
+pub(crate) fn draw(
+    tile: &mut TileBuffer,
+    assembly: &Assembly,
+    keep: Option<&mut KeepSample<'_>>,
+) -> u64 {
+    match assembly.precision.subpixel_bits {
+        SubpixelBits::Four => draw_on::<4>(tile, assembly, keep),
+        SubpixelBits::Eight => draw_on::<8>(tile, assembly, keep),
+        SubpixelBits::Twelve => draw_on::<12>(tile, assembly, keep),
+        SubpixelBits::Sixteen => draw_on::<16>(tile, assembly, keep),
+    }
+}
+
+fn draw_on<const BITS: u32>(
+    tile: &mut TileBuffer,
+    assembly: &Assembly,
+    keep: Option<&mut KeepSample<'_>>,
+) -> u64 {
+    match assembly.precision.depth {
+        DepthKind::ReversedF32 => draw_all::<ReversedF32, BITS>(tile, assembly, keep),
+        DepthKind::StandardF32 => draw_all::<StandardF32, BITS>(tile, assembly, keep),
+        DepthKind::StandardU24 => draw_all::<StandardU24, BITS>(tile, assembly, keep),
+        DepthKind::StandardU16 => draw_all::<StandardU16, BITS>(tile, assembly, keep),
+    }
+}
+
+fn draw_all<D: DepthFormat, const BITS: u32>(
+    tile: &mut TileBuffer,
+    assembly: &Assembly,
+    mut keep: Option<&mut KeepSample<'_>>,
+) -> u64 {
+    let mut n_won = 0;
+    for triangle in &assembly.pieces {
+        if let Some(rect) = rect_of::<BITS>(tile, triangle) {
+            let won = fill_plain::<D, BITS>(tile, triangle, rect, keep.as_deref_mut());
+            n_won += u64::from(won);
+        }
+    }
+    n_won
+}
+
+/// The pixels of a tile whose samples may lie in a triangle, if there are any.
+fn rect_of<const BITS: u32>(tile: &TileBuffer, triangle: &ScreenTriangle) -> Option<TileRect> {
+    let reach = (i64::from(tile.samples().reach()) << BITS) / 16;
+    let [left, top] = tile.origin();
+    let side = tile.side() as i64;
+    let [a, b, c] = triangle.corners;
+    let x = pixels::<BITS>([a.x, b.x, c.x], left, reach, side);
+    let y = pixels::<BITS>([a.y, b.y, c.y], top, reach, side);
+    let holds = x[0] < x[1] && y[0] < y[1];
+    holds.then(|| TileRect { x: x.map(|at| at as usize), y: y.map(|at| at as usize) })
+}

@@ -1,0 +1,106 @@
+//! A light at a point, on eight pixels: [`PointLight`]'s formula, wide.
+//!
+//! The vector to the light is an attribute like others, a plane over the picture after a divide by `w`.
+//! It is taken from the light in f64 and only then rounded, so a scene far from the origin loses nothing.
+
+use cullet_raster::Shares4;
+use fearless_simd::{Simd, f32x4, f32x8, prelude::*};
+use glam::Vec3;
+
+use super::paint::{Pixel, Values, transposed};
+use super::record::Record;
+use crate::light::PointLight;
+use crate::surface::Surface;
+
+/// Planes of the vector to a light over `w`, and the unit normal of a flat triangle.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct PointPlanes {
+    at: [f32; 4],
+    ddx: [f32; 4],
+    ddy: [f32; 4],
+    normal: [f32; 4],
+}
+
+impl PointPlanes {
+    /// Of the triangle in `lane`; `normal` on the side seen, if it is flat.
+    #[inline(always)]
+    pub(super) fn new<S: Simd>(
+        simd: S,
+        light: &PointLight,
+        surface: &Surface<'_>,
+        shares: &Shares4,
+        lane: usize,
+        corners: [u32; 3],
+        normal: Vec3,
+    ) -> Self {
+        let a = f32x4::simd_from(simd, to_light(light, surface, corners[0]));
+        let b = f32x4::simd_from(simd, to_light(light, surface, corners[1]));
+        let c = f32x4::simd_from(simd, to_light(light, surface, corners[2]));
+        let [at, ddx, ddy] = [&shares.at, &shares.ddx, &shares.ddy];
+        PointPlanes {
+            at: (a * at[0][lane] + b * at[1][lane] + c * at[2][lane]).into(),
+            ddx: (a * ddx[0][lane] + b * ddx[1][lane] + c * ddx[2][lane]).into(),
+            ddy: (a * ddy[0][lane] + b * ddy[1][lane] + c * ddy[2][lane]).into(),
+            normal: [normal.x, normal.y, normal.z, 0.0],
+        }
+    }
+}
+
+fn to_light(light: &PointLight, surface: &Surface<'_>, corner: u32) -> [f32; 4] {
+    let position = surface.mesh.positions[corner as usize].as_dvec3();
+    let [x, y, z] =
+        light.from_world(surface.world_from_model.transform_point3(position)).to_array();
+    [x, y, z, 0.0]
+}
+
+/// What `light` adds at eight pixels, red, green and blue; and for which of them f32 serves.
+#[inline(always)]
+pub(super) fn light_on<S: Simd>(
+    simd: S,
+    light: &PointLight,
+    pixels: &[Pixel; 8],
+    records: &[Record],
+    points: &[PointPlanes],
+    values: &Values<S>,
+    is_flat: bool,
+) -> ([[f32; 8]; 3], u64) {
+    let (mut rows, mut normals) = ([f32x4::splat(simd, 0.0); 8], [f32x4::splat(simd, 0.0); 8]);
+    for lane in 0..8 {
+        let Pixel { record, x, y, .. } = pixels[lane];
+        let (anchor, planes) = (&records[record as usize].anchor, &points[record as usize]);
+        let at = f32x4::simd_from(simd, planes.at);
+        let ddx = f32x4::simd_from(simd, planes.ddx);
+        let ddy = f32x4::simd_from(simd, planes.ddy);
+        rows[lane] = at + ddx * (x - anchor[0]) + ddy * (y - anchor[1]);
+        normals[lane] = f32x4::simd_from(simd, planes.normal);
+    }
+    let [w, _, _, least] = values.low;
+    let zero = f32x8::splat(simd, 0.0);
+    let one = f32x8::splat(simd, 1.0);
+    let over_w = one / w;
+    let [x, y, z, _] = transposed(&rows);
+    let (x, y, z) = (x * over_w, y * over_w, z * over_w);
+    let [nx, ny, nz] = if is_flat {
+        let [nx, ny, nz, _] = transposed(&normals);
+        [nx, ny, nz]
+    } else {
+        // Over w, of any length; what is too short or too long is left to the plain code.
+        let [nx, ny, nz] = values.normal;
+        let length = (nx * nx + ny * ny + nz * nz).sqrt();
+        [nx / length, ny / length, nz / length]
+    };
+    let [radius2, inverse_radius2] = light.radius2();
+    let distance2 = x * x + y * y + z * z;
+    let reached = distance2.simd_gt(zero) & distance2.simd_lt(f32x8::splat(simd, radius2));
+    let cosine = nx * x + ny * y + nz * z;
+    let cosine = cosine.simd_gt(zero).select(cosine, zero) / distance2.sqrt();
+    let share = distance2 * inverse_radius2;
+    let window = one - share * share;
+    let window = window.simd_gt(zero).select(window, zero);
+    let strength = cosine * (window * window / (distance2 + one));
+    let strength = reached.select(strength, zero);
+    let color = light.color();
+    let rgb = [strength * color.x, strength * color.y, strength * color.z];
+    let rgb = [rgb[0].into(), rgb[1].into(), rgb[2].into()];
+    (rgb, w.simd_gt(least).to_bitmask())
+}
