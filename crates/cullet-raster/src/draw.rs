@@ -628,9 +628,10 @@ mod tests {
             let (mut tile, mut assembly) = (TileBuffer::default(), Assembly::default());
             assembly.assemble(level, &cluster, &case.object);
             tile.begin([64, 64], 64, Samples::Four);
-            let keep = &mut |_: u32, [x, y]: [i32; 2]| {
-                assert!(x >= 16 * 64 && y >= 16 * 64);
-                (x / 16 + y / 16) % 2 == 0
+            let keep = &mut |_: u32, [x, y]: [i32; 2], wanted: u64| {
+                assert!(x >= 16 * 64 && y >= 16 * 64 && wanted != 0 && wanted < 256);
+                let kept = (0..8).filter(|lane| ((x / 16 + lane) + y / 16) % 2 == 0);
+                kept.map(|lane| 1 << lane).sum()
             };
             draw(level, &mut tile, &assembly, Some(keep));
             for (sample, row) in (0..4).flat_map(|sample| (0..64).map(move |row| (sample, row))) {

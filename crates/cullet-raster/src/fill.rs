@@ -68,9 +68,11 @@ impl TileDepth {
     }
 }
 
-/// Asked, where a triangle's material has holes, whether it has matter at a sample: triangle, and
-/// the place in the picture in sixteenths of a pixel.
-pub type KeepSample<'k> = dyn FnMut(u32, [i32; 2]) -> bool + 'k;
+/// Asked, where a triangle's material has holes, whether it has matter at samples of up to eight
+/// neighbouring pixels: the triangle, the place of the first in the picture in sixteenths of a pixel (the
+/// next are 16 to the right each), and which are asked about, a bit each. Answers with the bits of
+/// those that have.
+pub type KeepSample<'k> = dyn FnMut(u32, [i32; 2], u64) -> u64 + 'k;
 
 /// Draws; `offsets` are the tile's. Returns how many samples were won.
 #[inline(always)]
@@ -330,7 +332,8 @@ impl<S: Simd, const N: usize> Column<S, N> {
                 if let Some(keep) = &mut keep {
                     let [x, y] = self.offsets[sample];
                     let place = [16 * left + 8 + x, 16 * (top as i32 + row as i32) + 8 + y];
-                    let bits = asked(*keep, triangle.id, place, wins.to_bitmask());
+                    let bits = wins.to_bitmask();
+                    let bits = if bits == 0 { 0 } else { keep(triangle.id, place, bits) & bits };
                     let wins: mask32x8<S> = SimdMask::from_bitmask(simd, bits);
                     wins.select(key, old_key).store_slice(keys);
                     wins.select(id, old_id).store_slice(ids);
@@ -359,16 +362,6 @@ fn clamp<S: Simd>(depth: f64x4<S>, low: f64x4<S>, high: f64x4<S>) -> f64x4<S> {
 #[inline(always)]
 fn eight<T>(list: &mut [T], start: usize) -> &mut [T; 8] {
     list[start..].first_chunk_mut().expect("rows have a margin of eight")
-}
-
-/// The lanes among `wanted` where there is matter; `place` is that of lane 0.
-#[inline(never)]
-fn asked(keep: &mut KeepSample<'_>, id: u32, [x, y]: [i32; 2], wanted: u64) -> u64 {
-    let mut kept = 0;
-    for lane in (0..8).filter(|lane| wanted >> lane & 1 == 1) {
-        kept |= u64::from(keep(id, [x + 16 * lane, y])) << lane;
-    }
-    kept
 }
 
 /// Draws a screen triangle sample by sample, in 64-bit integers: for triangles that do not fit the
@@ -412,7 +405,9 @@ pub(crate) fn fill_plain<D: DepthFormat, const BITS: u32>(
                     false => 0,
                 };
                 let place = [16 * x as i32 + 8 + offset[0], 16 * y as i32 + 8 + offset[1]];
-                if wins && keep.as_deref_mut().is_none_or(|keep| keep(triangle.id, place)) {
+                if wins
+                    && keep.as_deref_mut().is_none_or(|keep| keep(triangle.id, place, 1) & 1 == 1)
+                {
                     (tile.keys[key_at], tile.ids[id_at]) = (key, triangle.id | flag);
                     written += 1;
                 }

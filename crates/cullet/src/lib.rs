@@ -22,6 +22,7 @@ mod bins;
 mod cameras;
 mod clusters;
 mod culling;
+mod cutouts;
 mod frame;
 mod framing;
 mod items;

@@ -8,10 +8,10 @@ use cullet_raster::{
 };
 
 use crate::bins::{Bins, Grid};
-use crate::shading::{Scene, keeps};
+use crate::cutouts::{CutoutSlots, Cutouts};
+use crate::shading::Scene;
 use crate::supersample::FineTile;
 use crate::tile_shader::ShadeScratch;
-use crate::visibility::{CornerSlots, Corners, Ready};
 use crate::visible_clusters::{VisibleCluster, VisibleClusters};
 
 /// What all tiles of a frame are drawn from.
@@ -41,7 +41,7 @@ pub(crate) struct RasterScratch {
     /// Triangles of this tile that were clipped, in order.
     pub clipped: Vec<u32>,
     assemblies: Assemblies,
-    corners: CornerSlots,
+    cutouts: CutoutSlots,
 }
 
 impl RasterScratch {
@@ -49,7 +49,7 @@ impl RasterScratch {
         self.buffer.bytes()
             + self.clipped.capacity() * 4
             + self.assemblies.bytes()
-            + self.corners.bytes()
+            + self.cutouts.bytes()
     }
 }
 
@@ -108,7 +108,7 @@ impl TileScratch {
     pub fn begin(&mut self, n_clusters: usize) {
         self.done = Done::default();
         self.raster.assemblies.begin(n_clusters);
-        self.raster.corners.forget();
+        self.raster.cutouts.forget();
         self.shade.begin();
     }
 
@@ -130,10 +130,9 @@ impl TileDrawer<'_> {
         let Scene { prepared, settings, .. } = self.scene;
         let Grid { side, first, size } = self.grid;
         let origin = [(first[0] + column) * side, (first[1] + row) * side];
-        let RasterScratch { buffer, clipped, assemblies, corners } = scratch;
+        let RasterScratch { buffer, clipped, assemblies, cutouts } = scratch;
         buffer.begin(origin, side as usize, samples);
         clipped.clear();
-        let mut corners = Corners::new(&self.scene, corners);
         for &place in self.bins.of((row * size[0] + column) as usize) {
             let cluster = self.clusters.at(place);
             let rect = part(cluster, origin, side);
@@ -143,15 +142,15 @@ impl TileDrawer<'_> {
             }
             let assembly = assemblies.of(place, |assembly| self.assemble(cluster, assembly));
             let item = &prepared.items()[cluster.item_idx as usize];
-            let surface = prepared.surface(item);
-            let mut keep = |id: u32, [x, y]: [i32; 2]| {
-                let Ready { corners, interpolator, .. } = corners.ready(id);
-                let place = [f64::from(x) / 16.0, f64::from(y) / 16.0];
-                keeps(&surface, *corners, &interpolator.fragment_at(place), settings)
+            done.n_samples_written += if item.masked {
+                let mut cutouts =
+                    Cutouts::new(self.scene, cluster.item_idx as usize, &mut *cutouts);
+                let keep: &mut KeepSample<'_> =
+                    &mut |id, place, wanted| cutouts.keep(id, place, wanted);
+                draw(level, buffer, assembly, Some(keep))
+            } else {
+                draw(level, buffer, assembly, None)
             };
-            let keep: Option<&mut KeepSample<'_>> =
-                if item.masked { Some(&mut keep) } else { None };
-            done.n_samples_written += draw(level, buffer, assembly, keep);
             clipped.extend_from_slice(assembly.clipped());
             if !cluster.drawn.swap(true, Ordering::Relaxed) {
                 done.triangles += assembly.counters();

@@ -10,6 +10,7 @@
 //! depends on nothing but itself, its triangle and the block of the picture that it lies in
 //! ([`cullet_raster::BLOCK`]): not on which pixels share a group, nor on the instruction set.
 
+mod cutout;
 mod paint;
 mod point;
 mod record;
@@ -17,6 +18,7 @@ mod sampler;
 #[cfg(test)]
 mod tests;
 
+pub use cutout::{Cutout, CutoutScratch};
 pub use paint::{Out, Paint, Pixel, paint};
 pub use point::PointPlanes;
 pub use record::{ColorPlanes, Group, Record, set_up};

@@ -19,16 +19,16 @@ use crate::texture::{STEP, Texture};
 pub struct Paint<'a> {
     /// Base colour factor.
     factor: Vec3,
-    texture: Option<Sampled<'a>>,
+    pub(super) texture: Option<Sampled<'a>>,
     has_colors: bool,
     light: Lit,
     point: Option<PointLight>,
-    simd: Level,
+    pub(super) simd: Level,
 }
 
 #[derive(Clone, Copy, Debug)]
 #[expect(clippy::large_enum_variant, reason = "made once per block and paint, never boxed")]
-enum Sampled<'a> {
+pub(super) enum Sampled<'a> {
     Wide(Sampler<'a>),
     OneByOne(&'a Texture, Filter),
 }
@@ -196,18 +196,18 @@ fn paint_all<S: Simd, const POINT: bool>(
 
 /// What one stage leaves to the next, for a chunk of pixels.
 #[derive(Debug, Default)]
-struct Stage {
-    u: [[f32; 8]; EIGHTS],
-    v: [[f32; 8]; EIGHTS],
+pub(super) struct Stage {
+    pub(super) u: [[f32; 8]; EIGHTS],
+    pub(super) v: [[f32; 8]; EIGHTS],
     /// Footprints, then levels of detail.
-    lod: [[f32; 8]; EIGHTS],
+    pub(super) lod: [[f32; 8]; EIGHTS],
     light: [[f32; 8]; EIGHTS],
     /// Vertex colours, red, green and blue.
     colors: [[[f32; 8]; 3]; EIGHTS],
     /// Which pixels are to be trusted, a bit each.
-    good: [u64; EIGHTS],
-    taps: Taps,
-    texels: [[[f32; 4]; 8]; EIGHTS],
+    pub(super) good: [u64; EIGHTS],
+    pub(super) taps: Taps,
+    pub(super) texels: [[[f32; 4]; 8]; EIGHTS],
     /// Colours, red, green and blue: the bits of floats, then codes.
     rgb: [[[u32; 8]; 3]; EIGHTS],
 }
@@ -220,7 +220,7 @@ fn leave(first: usize, n: usize, good: u64, left: &mut Vec<u32>) {
 impl Paint<'_> {
     /// Reads the attributes of eight pixels off their records, and all that follows without texels.
     #[inline(always)]
-    fn place<S: Simd>(
+    pub(super) fn place<S: Simd>(
         &self,
         simd: S,
         pixels: &[Pixel; 8],

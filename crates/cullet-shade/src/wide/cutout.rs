@@ -1,0 +1,85 @@
+//! Alpha tests, eight places of a triangle at a time: [`crate::alpha`], wide.
+
+use cullet_scene::AlphaMode;
+use fearless_simd::{Simd, dispatch, f32x8, prelude::*};
+
+use super::paint::{Paint, Pixel, Sampled, Stage};
+use super::record::Record;
+use crate::kernel::Look;
+use crate::needs::{Needs, Shading};
+use crate::surface::Surface;
+use crate::texture::STEP;
+
+/// A material with holes.
+#[derive(Clone, Copy, Debug)]
+pub struct Cutout<'a> {
+    paint: Paint<'a>,
+    /// What of the surface the alpha of a place depends on.
+    needs: Needs,
+    /// Factor of the texture's alpha.
+    factor: f32,
+    cutoff: f32,
+}
+
+/// Memory for alpha tests.
+#[derive(Debug, Default)]
+pub struct CutoutScratch(Stage);
+
+impl<'a> Cutout<'a> {
+    /// `None` if the material has no holes, or if wide code does not serve: without a texture, with nearest
+    /// texels, with vertex colours.
+    pub fn new(surface: &Surface<'a>, look: &Look) -> Option<Self> {
+        let AlphaMode::Mask { cutoff } = surface.material.alpha else { return None };
+        let needs = Needs::of(surface.mesh, surface.material, Shading::Unlit);
+        if needs.contains(Needs::VERTEX_COLOR) {
+            return None;
+        }
+        let paint = Paint::new(surface, needs, look);
+        let is_wide = matches!(paint.texture, Some(Sampled::Wide(_)));
+        let factor = surface.material.base_color.w;
+        is_wide.then_some(Cutout { paint, needs, factor, cutoff })
+    }
+
+    /// What records must be set up for.
+    pub fn needs(&self) -> Needs {
+        self.needs
+    }
+
+    /// Which of eight places, px from the corner of the record's block, have matter, and for which of
+    /// them that is to be trusted: a bit each. The others are to be asked of [`crate::alpha`].
+    pub fn kept(
+        &self,
+        record: &Record,
+        places: [[f32; 8]; 2],
+        scratch: &mut CutoutScratch,
+    ) -> [u64; 2] {
+        dispatch!(self.paint.simd, simd => kept(simd, self, record, places, &mut scratch.0))
+    }
+}
+
+#[inline(always)]
+fn kept<S: Simd>(
+    simd: S,
+    cutout: &Cutout<'_>,
+    record: &Record,
+    [x, y]: [[f32; 8]; 2],
+    stage: &mut Stage,
+) -> [u64; 2] {
+    let Some(Sampled::Wide(sampler)) = &cutout.paint.texture else { return [0; 2] };
+    let mut pixels = [Pixel::default(); 8];
+    for lane in 0..8 {
+        (pixels[lane].x, pixels[lane].y) = (x[lane], y[lane]);
+    }
+    cutout.paint.place(simd, &pixels, core::slice::from_ref(record), &[], stage, 0);
+    stage.taps.are_fine = true;
+    let lod = sampler.lod8(simd, f32x8::simd_from(simd, stage.lod[0]));
+    let uv = [f32x8::simd_from(simd, stage.u[0]), f32x8::simd_from(simd, stage.v[0])];
+    sampler.find8(simd, uv, lod, &mut stage.taps, 0);
+    sampler.blend_all(simd, &stage.taps, 1, &mut stage.texels);
+    let mut kept = 0;
+    for lane in 0..8 {
+        let alpha = cutout.factor * (stage.texels[0][lane][3] * STEP);
+        kept |= u64::from(alpha >= cutout.cutoff) << lane;
+    }
+    [kept, stage.good[0]]
+}
