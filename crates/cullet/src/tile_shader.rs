@@ -599,7 +599,7 @@ mod tests {
     use cullet_scene::synth::synth;
     use cullet_shade::PointLight;
     use cullet_transform::{PlaneMask, Viewport};
-    use glam::Vec3;
+    use glam::{DVec3, Vec3};
 
     use super::*;
     use crate::{
@@ -768,10 +768,11 @@ mod tests {
     fn a_light_at_a_point_is_that_of_the_plain_code_and_skipped_where_it_ends() {
         for (prepared, view) in &scenes() {
             let bounds = prepared.bounds();
-            let place = bounds.center() + bounds.half_extent() * 0.3;
+            let size = bounds.half_extent().length();
+            let place = bounds.center() + DVec3::new(0.2, 0.2, 0.3) * size;
             let mut pictures = Vec::new();
-            for radius in [0.0, 0.3, 2.0, f64::INFINITY] {
-                let radius = (radius * bounds.half_extent().min_element()) as f32;
+            for radius in [0.0, 0.3, 1.0, f64::INFINITY] {
+                let radius = (radius * size) as f32;
                 let light = PointLight::new(place, Vec3::new(9.0, 5.0, 2.0), radius).unwrap();
                 let settings = Settings { point_light: Some(light), ..settings() };
                 let lit = frame(prepared, view, &settings);
