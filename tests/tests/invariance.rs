@@ -2,10 +2,15 @@
 
 use cullet::cull::wide::levels;
 use cullet::scene::{LoadOptions, load_glb_bytes};
-use cullet::{CullTest, Frame, Prepared, Region, Renderer, Settings, View, Viewport};
-use cullet_tests::{
-    all_passes, bytes, cameras, prepare, prepare_file, real_models, render, shipped_scenes,
+use cullet::{
+    Antialias, CullTest, DepthKind, Frame, PointLight, Prepared, Region, Renderer, Settings,
+    ShadingRate, SubpixelBits, Transforms, View, Viewport,
 };
+use cullet_tests::{
+    all_passes, bytes, cameras, prepare, prepare_file, prepare_synth, real_models, render,
+    shipped_scenes,
+};
+use glam::Vec3;
 use serde_json::json;
 
 const SIZE: [u32; 2] = [161, 97];
@@ -62,6 +67,40 @@ fn neither_culling_nor_threads_change_a_byte_of_real_models() {
         "CornellBox/CornellBox.glb",
     ] {
         check(model, &prepare_file(&folder.join("scenes").join(model)), &variants());
+    }
+}
+
+/// What changes the picture does not let show how it was drawn either.
+#[test]
+fn no_switch_lets_culling_tiles_or_threads_show() {
+    let prepared = prepare_synth("masks");
+    let bounds = prepared.bounds();
+    let radius = 0.4 * bounds.half_extent().length() as f32;
+    let light = PointLight::new(bounds.center(), Vec3::new(5.0, 3.0, 1.0), radius).unwrap();
+    let mut switches = vec![
+        Settings { antialias: Antialias::Ssaa4, ..settings() },
+        Settings { antialias: Antialias::Ssaa16, ..settings() },
+        Settings { transforms: Transforms::F32, ..settings() },
+        Settings { shading_rate: ShadingRate::Two, ..settings() },
+        Settings { point_light: Some(light), ..settings() },
+    ];
+    for (subpixel_bits, depth_format) in SubpixelBits::ALL.into_iter().zip(DepthKind::ALL) {
+        switches.push(Settings { subpixel_bits, ..settings() });
+        switches.push(Settings { depth_format, ..settings() });
+    }
+    let (_, plainest) = levels()[0];
+    for camera in &cameras(&prepared)[..4] {
+        for switch in &switches {
+            let draw = |settings: &Settings| bytes(&render(&prepared, camera, SIZE, settings));
+            let expected = draw(switch);
+            for variant in [
+                Settings { cull: CullTest::None, hierarchy: false, threads: 1, ..*switch },
+                Settings { occlusion: false, tile_px: 24, threads: 3, ..*switch },
+                Settings { tile_px: 256, simd: plainest, ..*switch },
+            ] {
+                assert!(draw(&variant) == expected, "{variant:?} changes the picture");
+            }
+        }
     }
 }
 

@@ -21,6 +21,7 @@
 mod bins;
 mod cameras;
 mod clusters;
+mod coarse;
 mod culling;
 mod cutouts;
 mod frame;
@@ -54,7 +55,7 @@ pub use loading::{LoadTimes, load, load_glb_bytes};
 pub use passes::{Pass, Passes};
 pub use prepared::{PrepareError, Prepared};
 pub use renderer::Renderer;
-pub use settings::{Antialias, RendererKind, Settings};
+pub use settings::{Antialias, RendererKind, Settings, ShadingRate};
 pub use stats::{FrameStats, ObjectCounters, Stages};
 pub use visible_clusters::ClusterCounters;
 

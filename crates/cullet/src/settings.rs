@@ -27,6 +27,8 @@ pub struct Settings {
     pub filter: Filter,
     /// How edges are smoothed. Data passes always take one sample at the pixel's centre.
     pub antialias: Antialias,
+    /// How many pixels share a colour.
+    pub shading_rate: ShadingRate,
     /// The arithmetic that puts vertices on the screen.
     pub transforms: Transforms,
     /// The grid that vertices are snapped to: how far edges move. Only the default has the fast code.
@@ -73,6 +75,7 @@ impl Default for Settings {
             point_light: None,
             filter: Filter::Trilinear,
             antialias: Antialias::Msaa4,
+            shading_rate: ShadingRate::One,
             transforms: Transforms::default(),
             subpixel_bits: SubpixelBits::default(),
             depth_format: DepthKind::default(),
@@ -128,6 +131,16 @@ impl Antialias {
             Antialias::Ssaa16 => 4,
         }
     }
+}
+
+/// How many pixels of a triangle share a colour. The ray caster shades each.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum ShadingRate {
+    /// Each has its own.
+    One,
+    /// Squares of two by two, shaded in the middle. Edges stay where they are; with several samples per
+    /// pixel, pixels that show several triangles keep colours of their own.
+    Two,
 }
 
 /// Who finds what is visible.

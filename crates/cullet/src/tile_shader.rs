@@ -15,6 +15,7 @@ use cullet_shade::wide::{
 };
 use glam::Vec4;
 
+use crate::coarse::CoarseScratch;
 use crate::frame::Target;
 use crate::multisample::EdgeScratch;
 use crate::shading::{Places, Run, Scene};
@@ -22,7 +23,7 @@ use crate::shading::{encode, encode_linear, fill_background, fill_run};
 use crate::tile_data::{Distance, fill_data};
 use crate::tiles::RasterScratch;
 use crate::visibility::{CornerSlots, Corners, scan};
-use crate::{Pass, Passes, Region};
+use crate::{Pass, Passes, Region, ShadingRate};
 
 /// Pixels coloured at once: those of a block.
 const BATCH: usize = (BLOCK * BLOCK) as usize;
@@ -71,6 +72,7 @@ pub(crate) struct ShadeScratch {
     left: Vec<u32>,
     corners: CornerSlots,
     pub(crate) edges: EdgeScratch,
+    pub(crate) coarse: CoarseScratch,
 }
 
 /// An object as this frame draws it.
@@ -126,6 +128,7 @@ impl Default for ShadeScratch {
             left: Vec::new(),
             corners: CornerSlots::default(),
             edges: EdgeScratch::default(),
+            coarse: CoarseScratch::default(),
         }
     }
 }
@@ -148,6 +151,7 @@ impl ShadeScratch {
             + self.corners.bytes()
             + self.points.capacity() * size_of::<PointPlanes>()
             + self.edges.bytes()
+            + self.coarse.bytes()
     }
 }
 
@@ -263,7 +267,11 @@ impl<'a> TileShader<'a> {
         stride: usize,
         out: &mut Target<'_>,
     ) -> u64 {
-        blocks(rect).map(|block| self.block(rect, block, ids, stride, out)).sum()
+        let part = match self.scene.settings.shading_rate {
+            ShadingRate::One => Self::block,
+            ShadingRate::Two => Self::coarse_block,
+        };
+        blocks(rect).map(|block| part(self, rect, block, ids, stride, out)).sum()
     }
 
     /// Colours the part of `rect` that lies in a block.
@@ -306,7 +314,13 @@ impl<'a> TileShader<'a> {
     }
 
     /// Colours the pixels of a batch.
-    fn paint(&mut self, block: [u32; 2], n_triangles: usize, n_pixels: usize, out: &mut Out<'_>) {
+    pub(crate) fn paint(
+        &mut self,
+        block: [u32; 2],
+        n_triangles: usize,
+        n_pixels: usize,
+        out: &mut Out<'_>,
+    ) {
         if n_pixels == 0 {
             return;
         }
@@ -459,18 +473,18 @@ fn blocks(rect: Region) -> impl Iterator<Item = [u32; 2]> {
 }
 
 /// Pixels on their way into a batch.
-struct Batch<'s> {
+pub(crate) struct Batch<'s> {
     /// The last slot is never looked at.
     table: &'s mut [u64; SLOTS + 1],
     ids: &'s mut [u32],
     pixels: &'s mut [Pixel],
     key: u64,
-    n_triangles: usize,
-    n_pixels: usize,
+    pub(crate) n_triangles: usize,
+    pub(crate) n_pixels: usize,
 }
 
 impl<'s> Batch<'s> {
-    fn begin(scratch: &'s mut ShadeScratch) -> Self {
+    pub(crate) fn begin(scratch: &'s mut ShadeScratch) -> Self {
         scratch.epoch = scratch.epoch.wrapping_add(1);
         if scratch.epoch == 0 {
             scratch.table.fill(0);
@@ -489,7 +503,7 @@ impl<'s> Batch<'s> {
     /// Without a branch, since neighbours of small triangles are beyond prediction: what is not to
     /// be kept is written where the next will be, or where nobody looks.
     #[inline(always)]
-    fn push(&mut self, id: u32, out: u32, x: f32, y: f32) {
+    pub(crate) fn push(&mut self, id: u32, out: u32, x: f32, y: f32) {
         let is_there = id != NO_TRIANGLE;
         let record = self.record_of(id, is_there);
         self.pixels[self.n_pixels] = Pixel { record, out, x, y };
@@ -585,7 +599,7 @@ mod tests {
     use cullet_scene::synth::synth;
     use cullet_shade::PointLight;
     use cullet_transform::{PlaneMask, Viewport};
-    use glam::Vec3;
+    use glam::{DVec3, Vec3};
 
     use super::*;
     use crate::{
@@ -655,6 +669,41 @@ mod tests {
         });
     }
 
+    #[test]
+    fn squares_of_pixels_have_the_colour_of_their_middle() {
+        for_each_scene(|shader, _, ids| {
+            let Scene { prepared, view, .. } = shader.scene;
+            let coarse = Settings { shading_rate: ShadingRate::Two, ..settings() };
+            let coarse = frame(prepared, view, &coarse);
+            let seen = (0..).zip(ids).filter(|(_, id)| **id != NO_TRIANGLE);
+            let seen: Vec<(usize, u32)> = seen.map(|(i, id)| (i, *id)).collect();
+            let wanted = |&(i, id): &(usize, u32)| {
+                let [x, y] = [i as i32 % SIZE[0] as i32 & !1, i as i32 / SIZE[0] as i32 & !1];
+                Wanted { id, x: 16 * x + 16, y: 16 * y + 16 }
+            };
+            let wanted: Vec<Wanted> = seen.iter().map(wanted).collect();
+            let mut colors = vec![Vec4::NAN; wanted.len()];
+            shader.colors(&wanted, &mut colors);
+            for ((i, _), color) in seen.iter().zip(&colors) {
+                assert_eq!(*color, coarse.linear[*i], "pixel {i}");
+            }
+            let ids_too: Vec<u32> = coarse.triangle.iter().map(|id| id.wrapping_sub(1)).collect();
+            assert!(ids_too == ids);
+            for antialias in [Antialias::None, Antialias::Msaa4] {
+                let passes = Passes::COLOR;
+                let shading_rate = ShadingRate::Two;
+                let whole = Settings { passes, shading_rate, antialias, ..settings() };
+                let region = Region { x: 33, y: 21, width: 71, height: 55 };
+                let part = Settings { region: Some(region), tile_px: 24, ..whole };
+                let (whole, part) = (frame(prepared, view, &whole), frame(prepared, view, &part));
+                for (y, row) in part.rgba8.chunks(71).enumerate() {
+                    let start = (21 + y) * SIZE[0] as usize + 33;
+                    assert!(row == &whole.rgba8[start..start + 71], "row {y}");
+                }
+            }
+        });
+    }
+
     /// A sample that the triangle covers is asked of the plain code, at the same place.
     #[test]
     fn off_centre_colours_are_those_of_the_plain_code() {
@@ -719,10 +768,11 @@ mod tests {
     fn a_light_at_a_point_is_that_of_the_plain_code_and_skipped_where_it_ends() {
         for (prepared, view) in &scenes() {
             let bounds = prepared.bounds();
-            let place = bounds.center() + bounds.half_extent() * 0.3;
+            let size = bounds.half_extent().length();
+            let place = bounds.center() + DVec3::new(0.2, 0.2, 0.3) * size;
             let mut pictures = Vec::new();
-            for radius in [0.0, 0.3, 2.0, f64::INFINITY] {
-                let radius = (radius * bounds.half_extent().min_element()) as f32;
+            for radius in [0.0, 0.3, 1.0, f64::INFINITY] {
+                let radius = (radius * size) as f32;
                 let light = PointLight::new(place, Vec3::new(9.0, 5.0, 2.0), radius).unwrap();
                 let settings = Settings { point_light: Some(light), ..settings() };
                 let lit = frame(prepared, view, &settings);

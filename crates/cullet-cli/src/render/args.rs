@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use cullet::{
     Antialias, CullTest, DepthKind, Filter, Level, Light, PointLight, Region, RendererKind,
-    Shading, SubpixelBits, Transforms,
+    Shading, ShadingRate, SubpixelBits, Transforms,
 };
 use glam::{DVec3, Vec3, Vec4};
 
@@ -62,6 +62,10 @@ pub struct RenderArgs {
     /// Data passes and the ray caster take one sample at the centre
     #[arg(long, value_enum, default_value = "msaa4")]
     pub aa: Antialiasing,
+    /// Pixels of a triangle, along a side, that share a colour; edges stay where they are. The ray caster
+    /// shades each pixel
+    #[arg(long, value_enum, default_value = "1")]
+    pub shading_rate: ShadingRateName,
     /// The arithmetic that puts vertices on the screen. f32 is off by a few units of 2^-24 of the
     /// largest term: little, unless models are much larger than what is seen of them
     #[arg(long, value_enum, default_value = "f64")]
@@ -170,6 +174,17 @@ pub enum Antialiasing {
     Ssaa4,
     /// Four by four pixels for each, all shaded
     Ssaa16,
+}
+
+/// `--shading-rate`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ShadingRateName {
+    /// Each pixel has its own
+    #[value(name = "1")]
+    One,
+    /// Squares of two by two
+    #[value(name = "2")]
+    Two,
 }
 
 /// `--transform`.
@@ -338,6 +353,10 @@ impl RenderArgs {
                 Antialiasing::Msaa8 => Antialias::Msaa8,
                 Antialiasing::Ssaa4 => Antialias::Ssaa4,
                 Antialiasing::Ssaa16 => Antialias::Ssaa16,
+            },
+            shading_rate: match self.shading_rate {
+                ShadingRateName::One => ShadingRate::One,
+                ShadingRateName::Two => ShadingRate::Two,
             },
             transforms: match self.transform {
                 TransformName::F64 => Transforms::F64,

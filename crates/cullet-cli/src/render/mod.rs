@@ -362,6 +362,7 @@ fn settings_json(args: &RenderArgs, camera: &Camera, viewport: Viewport, region:
         })),
         "texture": name(&args.texture),
         "aa": name(&args.aa),
+        "shading_rate": name(&args.shading_rate).and_then(|rate| rate.parse::<u32>().ok()),
         "transform": name(&args.transform),
         "subpixel_bits": name(&args.subpixel_bits).and_then(|bits| bits.parse::<u32>().ok()),
         "depth_format": name(&args.depth_format),
