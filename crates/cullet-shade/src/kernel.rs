@@ -163,7 +163,7 @@ fn to_light(
     let [a, b, c] = gather(&surface.mesh.positions, corners).map(|corner| corner.as_dvec3());
     let weights = fragment.weights;
     let position = a * weights.x + b * weights.y + c * weights.z;
-    light.from_world(surface.world_from_model.transform_point3(position))
+    light.seen_from(surface.world_from_model.transform_point3(position))
 }
 
 /// Ambient, and the rest by the cosine between normal and light.

@@ -85,7 +85,7 @@ impl PointLight {
     }
 
     /// The vector to it from a place in the world.
-    pub(crate) fn from_world(&self, position: DVec3) -> Vec3 {
+    pub(crate) fn seen_from(&self, position: DVec3) -> Vec3 {
         (self.position - position).as_vec3()
     }
 

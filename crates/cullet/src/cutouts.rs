@@ -170,7 +170,7 @@ mod tests {
                     view.project(item.world_from_model.transform_point3(position))
                 });
                 let middle = |axis: fn(&cullet_transform::ScreenPoint) -> f64| {
-                    points.iter().map(|point| axis(point)).sum::<f64>() / 3.0
+                    points.iter().map(axis).sum::<f64>() / 3.0
                 };
                 let [x, y] = [middle(|p| p.x), middle(|p| p.y)].map(|at| (at * 16.0) as i32 - 56);
                 if !(0..16 * 632).contains(&x) || !(0..16 * 360).contains(&y) {

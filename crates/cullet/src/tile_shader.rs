@@ -678,7 +678,8 @@ mod tests {
             let seen = (0..).zip(ids).filter(|(_, id)| **id != NO_TRIANGLE);
             let seen: Vec<(usize, u32)> = seen.map(|(i, id)| (i, *id)).collect();
             let wanted = |&(i, id): &(usize, u32)| {
-                let [x, y] = [i as i32 % SIZE[0] as i32 & !1, i as i32 / SIZE[0] as i32 & !1];
+                let [x, y] = [i as i32 % SIZE[0] as i32, i as i32 / SIZE[0] as i32];
+                let [x, y] = [x & !1, y & !1];
                 Wanted { id, x: 16 * x + 16, y: 16 * y + 16 }
             };
             let wanted: Vec<Wanted> = seen.iter().map(wanted).collect();

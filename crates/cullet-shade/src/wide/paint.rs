@@ -115,6 +115,7 @@ pub fn paint(
 
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "one call, spread by a macro")]
+#[expect(clippy::needless_range_loop, reason = "iterators over vectors may become calls")]
 fn paint_all<S: Simd, const POINT: bool>(
     simd: S,
     paint: &Paint<'_>,

@@ -48,8 +48,7 @@ impl PointPlanes {
 
 fn to_light(light: &PointLight, surface: &Surface<'_>, corner: u32) -> [f32; 4] {
     let position = surface.mesh.positions[corner as usize].as_dvec3();
-    let [x, y, z] =
-        light.from_world(surface.world_from_model.transform_point3(position)).to_array();
+    let [x, y, z] = light.seen_from(surface.world_from_model.transform_point3(position)).to_array();
     [x, y, z, 0.0]
 }
 
