@@ -56,7 +56,8 @@ impl Frame {
         self.len() == 0
     }
 
-    /// Takes a size, and empties pictures for `passes` of a frame where nothing is.
+    /// Takes a size, and empties pictures for `passes` of a frame where nothing is; colours, which
+    /// will be written everywhere, hold anything.
     pub(crate) fn reset(&mut self, width: u32, height: u32, passes: Passes) {
         (self.width, self.height) = (width, height);
         let len = |pass| if passes.contains(pass) { self.len() } else { 0 };
@@ -64,8 +65,8 @@ impl Frame {
         let (normal, albedo, uv) = (len(Pass::Normal), len(Pass::Albedo), len(Pass::Uv));
         let (position, id) = (len(Pass::Position), len(Pass::Id));
         let triangle = len(Pass::Triangle);
-        refill(&mut self.rgba8, rgba8, [0; 4]);
-        refill(&mut self.linear, linear, Vec4::ZERO);
+        self.rgba8.resize(rgba8, [0; 4]);
+        self.linear.resize(linear, Vec4::ZERO);
         refill(&mut self.depth, depth, f32::INFINITY);
         refill(&mut self.normal, normal, Vec3::ZERO);
         refill(&mut self.albedo, albedo, Vec4::ZERO);

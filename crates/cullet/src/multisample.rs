@@ -99,8 +99,8 @@ impl EdgeScratch {
 const MIXED: u32 = NO_TRIANGLE - 1;
 
 impl TileShader<'_> {
-    /// Colours `rect`, whose upper left pixel is at `place` in `tile`, over a background that is
-    /// there already. Returns how many pixels show something.
+    /// Colours `rect`, whose upper left pixel is at `place` in `tile`, and the background. Returns how
+    /// many pixels show something.
     pub(crate) fn multisampled(
         &mut self,
         rect: Region,

@@ -161,12 +161,22 @@ pub(crate) fn shade_bands(
     Shaded { n_pixels: n_pixels.into_inner(), shade: start.elapsed() }
 }
 
-/// Fills the colours of a rectangle with background.
+/// Fills the colours of a rectangle with background; `out` begins at its upper left pixel.
 pub(crate) fn fill_background(settings: &Settings, rect: Region, out: &mut Target<'_>) {
-    let (width, height) = (rect.width as usize, rect.height as usize);
+    fill_background_from(settings, [rect.width, rect.height], 0, out);
+}
+
+/// Fills `width` by `height` colours from pixel `first` of `out` on with background.
+pub(crate) fn fill_background_from(
+    settings: &Settings,
+    [width, height]: [u32; 2],
+    first: usize,
+    out: &mut Target<'_>,
+) {
     let code = encode(settings.background);
-    for y in 0..height {
-        let row = y * out.stride..y * out.stride + width;
+    for y in 0..height as usize {
+        let start = first + y * out.stride;
+        let row = start..start + width as usize;
         if let Some(row) = out.linear.get_mut(row.clone()) {
             row.fill(settings.background);
         } else if let Some(row) = out.rgba8.get_mut(row) {

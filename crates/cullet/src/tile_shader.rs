@@ -19,7 +19,9 @@ use crate::coarse::CoarseScratch;
 use crate::frame::Target;
 use crate::multisample::EdgeScratch;
 use crate::shading::{Places, Run, Scene};
-use crate::shading::{encode, encode_linear, fill_background, fill_run};
+use crate::shading::{
+    encode, encode_linear, fill_background, fill_background_from, fill_run,
+};
 use crate::tile_data::{Distance, fill_data};
 use crate::tiles::RasterScratch;
 use crate::visibility::{CornerSlots, Corners, scan};
@@ -187,7 +189,6 @@ impl<'a> TileShader<'a> {
         match tile.samples() {
             Samples::One => self.one_sample(rect, raster, place, passes, out),
             _ => {
-                fill_background(self.scene.settings, rect, out);
                 let n_pixels = self.multisampled(rect, tile, place, out);
                 encode_linear(rect, out);
                 n_pixels
@@ -208,7 +209,6 @@ impl<'a> TileShader<'a> {
         let (ids, stride) = raster.buffer.ids_from(place);
         let mut n_pixels = 0;
         if passes.needs_color() {
-            fill_background(scene.settings, rect, out);
             n_pixels = self.blocks(rect, ids, stride, out);
             encode_linear(rect, out);
         }
@@ -259,7 +259,7 @@ impl<'a> TileShader<'a> {
         }
     }
 
-    /// Colours `rect` from ids; see [`TileShader::tile`].
+    /// Colours `rect` from ids, background where there are none; see [`TileShader::tile`].
     pub(crate) fn blocks(
         &mut self,
         rect: Region,
@@ -269,7 +269,10 @@ impl<'a> TileShader<'a> {
     ) -> u64 {
         let part = match self.scene.settings.shading_rate {
             ShadingRate::One => Self::block,
-            ShadingRate::Two => Self::coarse_block,
+            ShadingRate::Two => {
+                fill_background(self.scene.settings, rect, out);
+                Self::coarse_block
+            }
         };
         blocks(rect).map(|block| part(self, rect, block, ids, stride, out)).sum()
     }
@@ -304,6 +307,11 @@ impl<'a> TileShader<'a> {
             }
         }
         let (n_triangles, n_pixels) = (batch.n_triangles, batch.n_pixels);
+        let size = [right - left, bottom - top];
+        if n_pixels < (size[0] * size[1]) as usize {
+            let first = (top - rect.y) as usize * out.stride + (left - rect.x) as usize;
+            fill_background_from(self.scene.settings, size, first, out);
+        }
         let mut out = if out.linear.is_empty() {
             Out::Bytes(&mut *out.rgba8)
         } else {
