@@ -48,6 +48,8 @@ pub struct TileBuffer {
     farthest: Vec<i32>,
     /// Blocks written to since.
     stale: Vec<bool>,
+    /// Blocks written to since the tile began.
+    touched: Vec<bool>,
     /// The least of `farthest`, when it was found.
     farthest_of_all: i32,
     /// Things found hidden since.
@@ -69,23 +71,52 @@ impl TileBuffer {
     pub fn begin(&mut self, [x, y]: [u32; 2], side: usize, samples: Samples) {
         debug_assert!(side > 0 && side.is_multiple_of(BLOCK), "side {side}");
         (self.x, self.y) = (x as i32, y as i32);
+        let is_alike = (self.side, self.samples) == (side, samples);
         (self.side, self.samples) = (side, samples);
-        let n = samples.count() * self.plane();
-        self.keys.clear();
-        self.keys.resize(n + LINE, 0);
-        self.ids.clear();
-        self.ids.resize(n + LINE, NO_TRIANGLE);
-        let start = |offset: usize| offset.min(LINE); // no promise is given that it is known
-        self.starts = [
-            start(self.keys.as_ptr().align_offset(4 * LINE)),
-            start(self.ids.as_ptr().align_offset(4 * LINE)),
-        ];
         let n_blocks = (side / BLOCK) * (side / BLOCK);
+        let n_touched = self.touched.iter().filter(|touched| **touched).count();
+        if is_alike && n_touched <= n_blocks / 2 {
+            self.clear_touched();
+        } else {
+            let n = samples.count() * self.plane();
+            self.keys.clear();
+            self.keys.resize(n + LINE, 0);
+            self.ids.clear();
+            self.ids.resize(n + LINE, NO_TRIANGLE);
+            let start = |offset: usize| offset.min(LINE); // no promise is given that it is known
+            self.starts = [
+                start(self.keys.as_ptr().align_offset(4 * LINE)),
+                start(self.ids.as_ptr().align_offset(4 * LINE)),
+            ];
+        }
         self.farthest.clear();
         self.farthest.resize(n_blocks, 0);
-        self.stale.clear();
-        self.stale.resize(n_blocks, false);
+        for flags in [&mut self.stale, &mut self.touched] {
+            flags.clear();
+            flags.resize(n_blocks, false);
+        }
         (self.farthest_of_all, self.n_hidden) = (0, 0);
+    }
+
+    /// Empties the blocks that were written to.
+    fn clear_touched(&mut self) {
+        let per_row = self.side / BLOCK;
+        let (stride, plane) = (self.stride(), self.plane());
+        for (block, _) in (0..).zip(&self.touched).filter(|(_, touched)| **touched) {
+            let corner: usize = block / per_row * BLOCK * stride + block % per_row * BLOCK;
+            for sample in 0..self.samples.count() {
+                for row in 0..BLOCK {
+                    let start = corner + sample * plane + row * stride;
+                    self.keys[self.starts[0] + start..][..BLOCK].fill(0);
+                    self.ids[self.starts[1] + start..][..BLOCK].fill(NO_TRIANGLE);
+                }
+            }
+        }
+    }
+
+    /// Whether nothing has been drawn into it.
+    pub fn is_empty(&self) -> bool {
+        !self.touched.contains(&true)
     }
 
     /// Upper left corner in the picture, px.
@@ -146,6 +177,7 @@ impl TileBuffer {
         for row in rect.y[0] / BLOCK..rect.y[1].div_ceil(BLOCK) {
             for column in rect.x[0] / BLOCK..rect.x[1].div_ceil(BLOCK).min(per_row) {
                 self.stale[row * per_row + column] = true;
+                self.touched[row * per_row + column] = true;
             }
         }
     }
@@ -213,6 +245,7 @@ impl TileBuffer {
     pub fn bytes(&self) -> usize {
         (self.keys.capacity() + self.ids.capacity() + self.farthest.capacity()) * 4
             + self.stale.capacity()
+            + self.touched.capacity()
     }
 }
 

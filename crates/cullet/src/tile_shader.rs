@@ -19,9 +19,7 @@ use crate::coarse::CoarseScratch;
 use crate::frame::Target;
 use crate::multisample::EdgeScratch;
 use crate::shading::{Places, Run, Scene};
-use crate::shading::{
-    encode, encode_linear, fill_background, fill_background_from, fill_run,
-};
+use crate::shading::{encode, encode_linear, fill_background, fill_background_from, fill_run};
 use crate::tile_data::{Distance, fill_data};
 use crate::tiles::RasterScratch;
 use crate::visibility::{CornerSlots, Corners, scan};
@@ -186,6 +184,12 @@ impl<'a> TileShader<'a> {
         out: &mut Target<'_>,
     ) -> u64 {
         let tile = &raster.buffer;
+        if tile.is_empty() {
+            // Data is where nothing is from the start.
+            fill_background(self.scene.settings, rect, out);
+            encode_linear(rect, out);
+            return 0;
+        }
         match tile.samples() {
             Samples::One => self.one_sample(rect, raster, place, passes, out),
             _ => {
