@@ -53,14 +53,17 @@ impl EdgeScratch {
         out: usize,
         width: usize,
     ) {
-        let first = &tile.ids(0, row)[column..column + width];
+        let n_samples = tile.samples().count();
+        let mut rows: [&[u32]; MAX_SAMPLES] = [&[]; MAX_SAMPLES];
+        for (sample, ids) in rows.iter_mut().enumerate().take(n_samples) {
+            *ids = &tile.ids(sample, row)[column..column + width];
+        }
         let start = self.whole.len();
-        self.whole.extend_from_slice(first);
+        self.whole.extend_from_slice(rows[0]);
         let whole = &mut self.whole[start..];
         let mut differences = 0;
-        for sample in 1..tile.samples().count() {
-            let ids = &tile.ids(sample, row)[column..column + width];
-            for (whole, (id, first)) in whole.iter_mut().zip(ids.iter().zip(first)) {
+        for ids in &rows[1..n_samples] {
+            for (whole, (id, first)) in whole.iter_mut().zip(ids.iter().zip(rows[0])) {
                 let differs = (id ^ first) & !CENTRE_COVERED != 0;
                 *whole = if differs { MIXED } else { *whole };
                 differences += u32::from(differs);
@@ -72,28 +75,39 @@ impl EdgeScratch {
                 continue;
             }
             *whole = NO_TRIANGLE;
+            let mut ids = [NO_TRIANGLE; MAX_SAMPLES];
+            for (id, ids) in ids.iter_mut().zip(&rows[..n_samples]) {
+                *id = ids[i];
+            }
             let n_before = self.wanted.len();
-            for (sample, offset) in tile.samples().offsets().iter().enumerate() {
-                let id = tile.ids(sample, row)[column + i];
-                if id == NO_TRIANGLE {
+            for sample in 0..n_samples {
+                let seen = ids[sample];
+                if seen == NO_TRIANGLE {
                     continue;
                 }
-                let (id, centre) = (id & !CENTRE_COVERED, id & CENTRE_COVERED != 0);
-                let seen = self.wanted[n_before..].iter().position(|wanted| wanted.id == id);
-                if let Some(seen) = seen {
-                    self.weights[n_before + seen] += 1.0;
-                    continue;
+                // This and all later samples of the triangle.
+                let mut weight = 0;
+                for id in &mut ids[sample..n_samples] {
+                    let same = (*id ^ seen) & !CENTRE_COVERED == 0;
+                    weight += u32::from(same);
+                    *id = if same { NO_TRIANGLE } else { *id };
                 }
-                let [dx, dy] = if centre { [0, 0] } else { *offset };
+                let [dx, dy] = match seen & CENTRE_COVERED {
+                    0 => tile.samples().offsets()[sample],
+                    _ => [0, 0],
+                };
                 let (x, y) = ((x as i32 + i as i32) * 16 + 8 + dx, y as i32 * 16 + 8 + dy);
-                self.wanted.push(Wanted { id, x, y });
-                self.weights.push(1.0);
+                self.wanted.push(Wanted { id: seen & !CENTRE_COVERED, x, y });
+                self.weights.push(weight as f32);
             }
             let n_wanted = (self.wanted.len() - n_before) as u32;
             self.edges.push(Edge { out: (out + i) as u32, n_wanted });
         }
     }
 }
+
+/// The most samples of a pixel.
+const MAX_SAMPLES: usize = 8;
 
 /// No triangle has this id.
 const MIXED: u32 = NO_TRIANGLE - 1;
