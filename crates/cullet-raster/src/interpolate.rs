@@ -100,6 +100,19 @@ impl Interpolator {
         self.fragment_at([f64::from(x) + 0.5, f64::from(y) + 0.5])
     }
 
+    /// A number with these values at the corners, at the centres of pixels in a row from `(x, y)` on:
+    /// the weights of [`Interpolator::fragment`] times the values, with one division each.
+    pub fn fill_row(&self, values: DVec3, [x, y]: [u32; 2], out: &mut [f32]) {
+        let dy = f64::from(y) + 0.5 - self.origin[1];
+        let (in_row, left) = (self.at_origin + self.ddy * dy, f64::from(x) + 0.5 - self.origin[0]);
+        for (i, out) in out.iter_mut().enumerate() {
+            let share = (in_row + self.ddx * (left + i as f64)).map(at_least_zero);
+            let value = share.dot(values) / (share.x + share.y + share.z);
+            let value = if value.is_finite() { value } else { values.element_sum() / 3.0 };
+            *out = value as f32;
+        }
+    }
+
     /// [`Interpolator::fragment`] at any place of the picture, in pixels from its corner.
     pub fn fragment_at(&self, [x, y]: [f64; 2]) -> Fragment {
         let (dx, dy) = (x - self.origin[0], y - self.origin[1]);
@@ -151,6 +164,22 @@ mod tests {
             assert!((a.ddy - b.ddy).abs().max_element() < 1e-5, "{a:?} {b:?}");
         }
         assert_eq!(snapped.is_clockwise(), homogeneous.is_clockwise());
+    }
+
+    #[test]
+    fn rows_are_their_fragments() {
+        let values = DVec3::new(1.0, -3.0, 2.5);
+        for interpolator in [
+            Interpolator::snapped::<16>(viewport(), &CORNERS),
+            Interpolator::homogeneous(viewport(), &CORNERS),
+        ] {
+            let mut row = [0.0; 20];
+            interpolator.fill_row(values, [20, 25], &mut row);
+            for (x, value) in (20..).zip(row) {
+                let plain = interpolator.fragment(x, 25).weights.dot(values);
+                assert!((f64::from(value) - plain).abs() < 1e-6, "{x}: {value} {plain}");
+            }
+        }
     }
 
     #[test]

@@ -231,7 +231,14 @@ pub(crate) fn fill_run(
     let filter = scene.settings.filter;
     if passes.contains(Pass::Depth) {
         let distances = distances(scene.view, triangle);
-        fill(out.depth, &range, run, |f| f.weights.dot(distances) as f32);
+        match run.places {
+            Places::Planes(planes) => {
+                planes.fill_row(distances, [run.x, run.y], &mut out.depth[range.clone()]);
+            }
+            Places::One(fragment) => {
+                out.depth[range.clone()].fill(fragment.weights.dot(distances) as f32);
+            }
+        }
     }
     if passes.contains(Pass::Normal) {
         fill(out.normal, &range, run, |f| world_normal(&surface, corners, front, f));
