@@ -4,7 +4,7 @@ use cullet_shade::{Filter, Light, Shading};
 use cullet_transform::View;
 use glam::Vec4;
 
-use crate::{Passes, Region};
+use crate::{Passes, Region, Resolution};
 use cullet_cull::{Test as CullTest, wide::Level};
 
 /// Subpixel positions: 24.8 fixed point.
@@ -26,6 +26,12 @@ pub struct Settings {
     pub filter: Filter,
     /// How edges are smoothed. Data passes always take one sample at the pixel's centre.
     pub antialias: Antialias,
+    /// Pictures that a frame is the mean of, each shifted by a part of a pixel; 0 and 1 mean one. `n`
+    /// of them take `n` times as long and smooth everything, not edges alone. See
+    /// [`sample_place`](crate::sample_place).
+    pub accumulate: u32,
+    /// How many pixels are coloured.
+    pub resolution: Resolution,
     /// The test that throws out objects before any vertex work. Never changes a pixel.
     pub cull: CullTest,
     /// Ask the tree over all objects first, where it serves the test (`PVertex`, `Both`, `Sat`).
@@ -55,8 +61,19 @@ pub struct Settings {
     pub region: Option<Region>,
 }
 
-impl Default for Settings {
-    fn default() -> Self {
+impl Settings {
+    /// For looking around: one sample per pixel, the nearest level of each texture.
+    pub fn fast() -> Settings {
+        Settings { antialias: Antialias::None, filter: Filter::Bilinear, ..Settings::balanced() }
+    }
+
+    /// For photographs: 64 whole samples per pixel.
+    pub fn reference() -> Settings {
+        Settings { antialias: Antialias::None, accumulate: 64, ..Settings::balanced() }
+    }
+
+    /// The default: smooth edges and textures at the price of a frame and a half.
+    pub fn balanced() -> Settings {
         Settings {
             shading: Shading::Lambert,
             passes: Passes::COLOR,
@@ -64,6 +81,8 @@ impl Default for Settings {
             light: Light::default(),
             filter: Filter::Trilinear,
             antialias: Antialias::Msaa4,
+            accumulate: 1,
+            resolution: Resolution::Full,
             cull: CullTest::Both,
             hierarchy: true,
             occlusion: true,
@@ -75,6 +94,12 @@ impl Default for Settings {
             renderer: RendererKind::Raster,
             region: None,
         }
+    }
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings::balanced()
     }
 }
 

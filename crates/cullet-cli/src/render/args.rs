@@ -4,7 +4,9 @@ use std::num::NonZeroU32;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use cullet::{Antialias, CullTest, Filter, Level, Light, Region, RendererKind, Shading};
+use cullet::{
+    Antialias, CullTest, Filter, Level, Light, Region, RendererKind, Resolution, Settings, Shading,
+};
 use glam::{Vec3, Vec4};
 
 use super::passes::PassName;
@@ -46,13 +48,26 @@ pub struct RenderArgs {
     /// Share of light that comes from everywhere, 0 to 1
     #[arg(long, value_name = "SHARE", default_value_t = 0.25, allow_hyphen_values = true)]
     pub ambient: f32,
-    /// How textures are filtered
-    #[arg(long, value_enum, default_value = "trilinear")]
-    pub texture: TextureFilter,
+    /// How well to draw: what the options that trade accuracy for speed are where they are not given
+    /// (texture, aa, accumulate, resolution). `cullet tradeoff` measures what each gains and costs
+    #[arg(long, value_enum, default_value = "balanced")]
+    pub quality: Quality,
+    /// How textures are filtered [default: trilinear; bilinear with --quality fast]
+    #[arg(long, value_enum)]
+    pub texture: Option<TextureFilter>,
     /// How edges are smoothed: so many samples of each pixel find out what is visible, and each triangle
     /// seen there is shaded once. Data passes and the ray caster take one sample at the centre
-    #[arg(long, value_enum, default_value = "msaa4")]
-    pub aa: Antialiasing,
+    /// [default: msaa4; none with --quality fast and reference]
+    #[arg(long, value_enum)]
+    pub aa: Option<Antialiasing>,
+    /// Draw colours as the mean of so many frames, each shifted by a part of a pixel: smooths textures,
+    /// masks and edges alike, and takes as many times as long. Without --aa, its frames take one
+    /// sample per pixel [default: 1; 64 with --quality reference]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65536))]
+    pub accumulate: Option<u32>,
+    /// How many pixels are coloured; data passes and the ray caster take all [default: full]
+    #[arg(long, value_enum)]
+    pub resolution: Option<ResolutionName>,
     /// Kinds of picture; several put their name before the extension (x.png: x.color.png)
     #[arg(long, value_enum, value_delimiter = ',', default_value = "color")]
     pub passes: Vec<PassName>,
@@ -114,6 +129,50 @@ pub struct RenderArgs {
     pub max_pixels: u64,
 }
 
+/// `--quality`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Quality {
+    /// For looking around
+    Fast,
+    /// Smooth edges and textures
+    Balanced,
+    /// For photographs
+    Reference,
+}
+
+impl Quality {
+    /// What it means.
+    pub fn settings(self) -> Settings {
+        match self {
+            Quality::Fast => Settings::fast(),
+            Quality::Balanced => Settings::balanced(),
+            Quality::Reference => Settings::reference(),
+        }
+    }
+}
+
+/// `--resolution`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ResolutionName {
+    /// Each
+    Full,
+    /// One of four; the others are blended from those around them
+    Half,
+    /// One of four, and each where those differ
+    Adaptive,
+}
+
+impl ResolutionName {
+    /// What it means.
+    pub fn setting(self) -> Resolution {
+        match self {
+            ResolutionName::Full => Resolution::Full,
+            ResolutionName::Half => Resolution::Half,
+            ResolutionName::Adaptive => Resolution::Adaptive,
+        }
+    }
+}
+
 /// `--shading`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum ShadingName {
@@ -134,6 +193,17 @@ pub enum TextureFilter {
     Trilinear,
 }
 
+impl TextureFilter {
+    /// What it means.
+    pub fn setting(self) -> Filter {
+        match self {
+            TextureFilter::Nearest => Filter::Nearest,
+            TextureFilter::Bilinear => Filter::Bilinear,
+            TextureFilter::Trilinear => Filter::Trilinear,
+        }
+    }
+}
+
 /// `--aa`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Antialiasing {
@@ -145,6 +215,18 @@ pub enum Antialiasing {
     Msaa4,
     /// Eight samples
     Msaa8,
+}
+
+impl Antialiasing {
+    /// What it means.
+    pub fn setting(self) -> Antialias {
+        match self {
+            Antialiasing::None => Antialias::None,
+            Antialiasing::Msaa2 => Antialias::Msaa2,
+            Antialiasing::Msaa4 => Antialias::Msaa4,
+            Antialiasing::Msaa8 => Antialias::Msaa8,
+        }
+    }
 }
 
 /// `--cull`.
@@ -244,8 +326,12 @@ pub fn tile_size(text: &str) -> Result<u32, String> {
 
 impl RenderArgs {
     /// The settings these options mean, with the passes still to be chosen.
-    pub fn settings(&self) -> Result<cullet::Settings, Failure> {
-        Ok(cullet::Settings {
+    pub fn settings(&self) -> Result<Settings, Failure> {
+        let preset = self.quality.settings();
+        // Frames that become one picture need no smoothing of their own.
+        let accumulates = self.accumulate.is_some_and(|n| n > 1);
+        let antialias = if accumulates { Antialias::None } else { preset.antialias };
+        Ok(Settings {
             shading: match self.shading {
                 ShadingName::Lambert => Shading::Lambert,
                 ShadingName::Unlit => Shading::Unlit,
@@ -253,11 +339,7 @@ impl RenderArgs {
             passes: cullet::Passes::NONE,
             background: self.background,
             light: Light::new(self.sun, self.ambient)?,
-            filter: match self.texture {
-                TextureFilter::Nearest => Filter::Nearest,
-                TextureFilter::Bilinear => Filter::Bilinear,
-                TextureFilter::Trilinear => Filter::Trilinear,
-            },
+            filter: self.texture.map_or(preset.filter, TextureFilter::setting),
             cull: match self.cull {
                 CullName::None => CullTest::None,
                 CullName::Corners => CullTest::Corners,
@@ -266,12 +348,9 @@ impl RenderArgs {
                 CullName::Both => CullTest::Both,
                 CullName::Sat => CullTest::Sat,
             },
-            antialias: match self.aa {
-                Antialiasing::None => Antialias::None,
-                Antialiasing::Msaa2 => Antialias::Msaa2,
-                Antialiasing::Msaa4 => Antialias::Msaa4,
-                Antialiasing::Msaa8 => Antialias::Msaa8,
-            },
+            antialias: self.aa.map_or(antialias, Antialiasing::setting),
+            accumulate: self.accumulate.unwrap_or(preset.accumulate),
+            resolution: self.resolution.map_or(preset.resolution, ResolutionName::setting),
             hierarchy: self.hierarchy == Switch::On,
             occlusion: self.occlusion == Switch::On,
             tile_px: self.tile_size,

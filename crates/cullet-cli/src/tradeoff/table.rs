@@ -1,0 +1,215 @@
+//! The rows of the table, their fronts, and both as CSV.
+//!
+//! Numbers are rounded before fronts are found, so that whoever reads the table finds the same ones.
+
+use cullet_measure::{Align, Standing, Table, Trade, standings};
+use serde::Serialize;
+
+use super::calls::{self, Call};
+use super::measure::SceneMeasured;
+use super::metrics::Metric;
+
+/// Significant digits of every number.
+const DIGITS: usize = 5;
+
+/// One value of one knob on one scene, by one metric.
+#[derive(Clone, Debug, Serialize)]
+pub struct Row {
+    pub scene: String,
+    pub knob: &'static str,
+    pub value: &'static str,
+    /// Milliseconds, the median of the rounds.
+    pub time_ms: f64,
+    /// Median over rounds of the time against that of the default in the same round.
+    pub time_ratio: f64,
+    /// Half the interquartile range of `time_ms` as a fraction of it.
+    pub spread: f64,
+    #[serde(serialize_with = "metric_name")]
+    pub metric: Metric,
+    /// 0 for none.
+    pub error: f64,
+    /// On the front of its scene and metric, or so close behind that the spread does not tell.
+    pub pareto: bool,
+    /// Beaten in time alone and by less than its spread.
+    pub tied: bool,
+    /// This value is the default's.
+    pub default: bool,
+    /// Rounds behind the time.
+    pub rounds: usize,
+    /// The spread of the ratio.
+    pub ratio_spread: f64,
+    /// The configuration, counted within its scene.
+    pub configuration: usize,
+}
+
+fn metric_name<S: serde::Serializer>(metric: &Metric, to: S) -> Result<S::Ok, S::Error> {
+    to.serialize_str(metric.name())
+}
+
+impl Row {
+    /// `knob value`.
+    pub fn name(&self) -> String {
+        format!("{} {}", self.knob, self.value)
+    }
+
+    /// As the front sees it.
+    pub fn trade(&self) -> Trade {
+        Trade { cost: self.time_ms, spread: self.spread, error: self.error }
+    }
+}
+
+/// All rows of a scene.
+pub fn of_scene(scene: &str, measured: &SceneMeasured) -> Vec<Row> {
+    let mut rows = Vec::new();
+    for (configuration, one) in measured.all.iter().enumerate() {
+        for (knob, value, metrics) in &one.configuration.uses {
+            for &metric in *metrics {
+                let Some(error) = one.errors.get(metric) else { continue };
+                rows.push(Row {
+                    scene: scene.to_owned(),
+                    knob,
+                    value,
+                    time_ms: rounded(1e3 * one.time.median),
+                    time_ratio: rounded(one.ratio.median),
+                    spread: rounded(one.time.spread()),
+                    metric,
+                    error: rounded(error),
+                    pareto: false,
+                    tied: false,
+                    default: configuration == 0,
+                    rounds: one.time.n,
+                    ratio_spread: rounded(one.ratio.spread()),
+                    configuration,
+                });
+            }
+        }
+    }
+    rows
+}
+
+/// The rows of what is measured by the call.
+pub fn of_calls(calls: &[Call]) -> Vec<Row> {
+    let row = |(configuration, call): (usize, &Call)| Row {
+        scene: calls::SCENE.into(),
+        knob: calls::KNOB,
+        value: call.value,
+        time_ms: rounded(1e3 * call.time.median),
+        time_ratio: rounded(call.ratio.median),
+        spread: rounded(call.time.spread()),
+        metric: Metric::MaxAbs,
+        error: rounded(call.error),
+        pareto: false,
+        tied: false,
+        default: configuration == 0,
+        rounds: call.time.n,
+        ratio_spread: rounded(call.ratio.spread()),
+        configuration,
+    };
+    calls.iter().enumerate().map(row).collect()
+}
+
+/// Scenes and metrics that there are rows of, in the order of the rows.
+pub fn panels(rows: &[Row]) -> Vec<(String, Metric)> {
+    let mut panels = Vec::new();
+    for row in rows {
+        let panel = (row.scene.clone(), row.metric);
+        if !panels.contains(&panel) {
+            panels.push(panel);
+        }
+    }
+    panels
+}
+
+/// Says of each row whether it is on the front of its scene and metric.
+pub fn find_fronts(rows: &mut [Row]) {
+    for (scene, metric) in panels(rows) {
+        let mut own: Vec<&mut Row> =
+            rows.iter_mut().filter(|row| row.scene == scene && row.metric == metric).collect();
+        let trades: Vec<Trade> = own.iter().map(|row| row.trade()).collect();
+        for (row, standing) in own.iter_mut().zip(standings(&trades)) {
+            row.pareto = standing.is_kept();
+            row.tied = standing == Standing::Tied;
+        }
+    }
+}
+
+/// The table of the contract.
+pub fn csv(rows: &[Row]) -> String {
+    let columns =
+        ["scene", "knob", "value", "time_ms", "time_ratio", "spread", "metric", "error", "pareto"];
+    let mut table = Table::new(&columns.map(|name| (name, Align::Left)));
+    for row in rows {
+        table.push([
+            row.scene.clone(),
+            row.knob.into(),
+            row.value.into(),
+            row.time_ms.to_string(),
+            row.time_ratio.to_string(),
+            row.spread.to_string(),
+            row.metric.name().into(),
+            row.error.to_string(),
+            row.pareto.to_string(),
+        ]);
+    }
+    table.to_csv()
+}
+
+/// A number as the table has it.
+pub fn rounded(value: f64) -> f64 {
+    if !value.is_finite() {
+        return value;
+    }
+    format!("{value:.*e}", DIGITS - 1).parse().unwrap_or(value)
+}
+
+#[cfg(test)]
+pub mod tests {
+    use super::*;
+
+    /// A row with these figures.
+    pub fn row(scene: &str, value: &'static str, time_ms: f64, error: f64) -> Row {
+        Row {
+            scene: scene.into(),
+            knob: "aa",
+            value,
+            time_ms,
+            time_ratio: time_ms,
+            spread: 0.01,
+            metric: Metric::Flip,
+            error,
+            pareto: false,
+            tied: false,
+            default: value == "msaa4",
+            rounds: 15,
+            ratio_spread: 0.01,
+            configuration: 0,
+        }
+    }
+
+    #[test]
+    fn fronts_are_per_scene_and_metric() {
+        let mut rows = vec![
+            row("a", "none", 1.0, 0.3),
+            row("a", "msaa2", 2.0, 0.4),
+            row("b", "none", 5.0, 0.5),
+            Row { metric: Metric::EdgeRmse, ..row("a", "msaa2", 2.0, 0.4) },
+        ];
+        find_fronts(&mut rows);
+        assert_eq!(
+            rows.iter().map(|row| row.pareto).collect::<Vec<_>>(),
+            [true, false, true, true]
+        );
+        assert_eq!(panels(&rows).len(), 3);
+    }
+
+    #[test]
+    fn numbers_are_short_and_read_back() {
+        for (value, text) in [(1.0 / 3.0, "0.33333"), (12_345.67, "12346"), (0.0, "0")] {
+            assert_eq!(rounded(value).to_string(), text);
+        }
+        let csv = csv(&[row("a,b", "none", 1.5, 2e-9)]);
+        let lines: Vec<_> = csv.lines().collect();
+        assert_eq!(lines[0], "scene,knob,value,time_ms,time_ratio,spread,metric,error,pareto");
+        assert_eq!(lines[1], "\"a,b\",aa,none,1.5,1.5,0.01,flip,0.000000002,false");
+    }
+}
