@@ -3,7 +3,8 @@
 //! A frame takes one sample per pixel, or shades once per triangle in it; here the whole frame is
 //! drawn again for every sample, with the picture shifted under the pixels, and colours are
 //! averaged. So textures, lights and masks are smoothed as well as edges, at the price of as many
-//! frames. Averages are of linear light with alpha counted in (Porter & Duff 1984), in f64, over the
+//! frames. A sample stands for a part of the pixel only, so trilinear filtering looks into finer
+//! levels ([`Filter::Oversampled`]): textures get sharper where one frame has to blur them. Averages are of linear light with alpha counted in (Porter & Duff 1984), in f64, over the
 //! area of each pixel (a box filter).
 //!
 //! Places within a pixel are Hammersley's points, moved to the middles of their cells: of `n` points
@@ -12,6 +13,7 @@
 
 use std::time::Instant;
 
+use cullet_shade::Filter;
 use cullet_transform::View;
 use glam::{DVec3, DVec4, Vec4};
 
@@ -111,8 +113,12 @@ impl Renderer {
         let data = Settings { passes: settings.passes.data(), ..one };
         let mut stats = self.render(prepared, view, &data, frame);
 
-        let colors = Settings { passes: Passes::NONE.with(Pass::Linear), ..one };
         let n = settings.accumulate;
+        let filter = match settings.filter {
+            Filter::Trilinear => Filter::Oversampled(n.ilog2() as u8),
+            other => other,
+        };
+        let colors = Settings { passes: Passes::NONE.with(Pass::Linear), filter, ..one };
         for i in 0..n {
             let [x, y] = sample_place(i, n);
             let shifted = view.shifted(x - 0.5, y - 0.5);

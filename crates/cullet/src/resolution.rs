@@ -29,16 +29,16 @@ pub enum Resolution {
     Full,
     /// One of four; the others are blended from those around them.
     Half,
-    /// One of four, and each in blocks of 16 x 16 where those differ.
+    /// One of four, and each in blocks of 32 x 32 where those differ.
     Adaptive,
 }
 
 /// Pixels along a side of the blocks that adaptive frames draw again.
-const BLOCK: u32 = 16;
+const BLOCK: u32 = 32;
 
 /// Neighbours in the half frame differ if any of their codes differ by more: what shading changes
 /// over two pixels without an edge stays below.
-const CODES: u8 = 12;
+const CODES: u8 = 20;
 
 /// Rows of a job.
 const ROWS: u32 = 16;

@@ -49,20 +49,21 @@ pub struct RenderArgs {
     #[arg(long, value_name = "SHARE", default_value_t = 0.25, allow_hyphen_values = true)]
     pub ambient: f32,
     /// How well to draw: what the options that trade accuracy for speed are where they are not given
-    /// (texture, aa, accumulate, resolution). `cullet tradeoff` measures what each gains and costs
+    /// (aa, accumulate, resolution). `cullet tradeoff` measures what each gains and costs
     #[arg(long, value_enum, default_value = "balanced")]
     pub quality: Quality,
-    /// How textures are filtered [default: trilinear; bilinear with --quality fast]
-    #[arg(long, value_enum)]
-    pub texture: Option<TextureFilter>,
+    /// How textures are filtered
+    #[arg(long, value_enum, default_value = "trilinear")]
+    pub texture: TextureFilter,
     /// How edges are smoothed: so many samples of each pixel find out what is visible, and each triangle
     /// seen there is shaded once. Data passes and the ray caster take one sample at the centre
-    /// [default: msaa4; none with --quality fast and reference]
+    /// [default: msaa4; none with --quality fast or reference and with
+    /// --accumulate]
     #[arg(long, value_enum)]
     pub aa: Option<Antialiasing>,
     /// Draw colours as the mean of so many frames, each shifted by a part of a pixel: smooths textures,
-    /// masks and edges alike, and takes as many times as long. Without --aa, its frames take one
-    /// sample per pixel [default: 1; 64 with --quality reference]
+    /// masks and edges alike, and takes as many times as long. Its frames take one sample per pixel
+    /// unless --aa says more [default: 1; 16 with --quality reference]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65536))]
     pub accumulate: Option<u32>,
     /// How many pixels are coloured; data passes and the ray caster take all [default: full]
@@ -339,7 +340,7 @@ impl RenderArgs {
             passes: cullet::Passes::NONE,
             background: self.background,
             light: Light::new(self.sun, self.ambient)?,
-            filter: self.texture.map_or(preset.filter, TextureFilter::setting),
+            filter: self.texture.setting(),
             cull: match self.cull {
                 CullName::None => CullTest::None,
                 CullName::Corners => CullTest::Corners,

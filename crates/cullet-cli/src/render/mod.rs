@@ -25,7 +25,7 @@ use crate::numbers::from_f32;
 use crate::output::{Outputs, Target, spare_inputs};
 use crate::picture_file::encode;
 use crate::stats::{self, Around, Frames, Report};
-use args::{Antialiasing, ResolutionName, TextureFilter};
+use args::{Antialiasing, ResolutionName};
 use passes::{Bits, PassName, Picture};
 use pixels::{Spans, finite_range, pixels};
 
@@ -353,7 +353,7 @@ fn settings_json(
         "sun": args.sun.to_array().map(from_f32),
         "ambient": from_f32(args.ambient),
         "quality": name(&args.quality),
-        "texture": name_of(settings.filter, TextureFilter::setting),
+        "texture": name(&args.texture),
         "aa": name_of(settings.antialias, Antialiasing::setting),
         "accumulate": settings.accumulate,
         "resolution": name_of(settings.resolution, ResolutionName::setting),

@@ -64,8 +64,8 @@ pub fn page(report: &Report<'_>) -> Result<String, Failure> {
     body += &tables(report.rows);
     let _ = writeln!(
         body,
-        "<footer>Spread: half the interquartile range of the time as a fraction of it. Rows beaten in \
-         time alone, by no more than their spread, count as on the front. FLIP error maps: black is 0, \
+        "<footer>Spread: half the interquartile range of the time as a fraction of it. Rows beaten by \
+         no more than their spread in time, and by under 1% in error, count as on the front. FLIP error maps: black is 0, \
          the palest yellow {FULL} and more. Budget {} s, took {:.0} s. Settings: {}.</footer>",
         report.budget,
         report.took,

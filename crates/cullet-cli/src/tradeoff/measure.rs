@@ -9,7 +9,7 @@ use cullet_measure::{Comparison, MeasureError, Picture, Rounds, Summary};
 
 use super::knobs::{Configuration, configurations};
 use super::metrics::{Drawn, Errors, Metric, errors, picture};
-use super::plan::{Budget, ROUNDS, plan};
+use super::plan::{Budget, FEWEST_ROUNDS, ROUNDS, affordable};
 use super::reference::Reference;
 use crate::exit::Failure;
 use crate::message::Progress;
@@ -127,8 +127,8 @@ pub fn scene(
 
     let left = end.saturating_duration_since(Instant::now());
     let costs: Vec<f64> = rivals.iter().map(|(.., seconds)| *seconds).collect();
-    let plan = plan(&costs, NEEDED, left.as_secs_f64());
-    let kept: Vec<_> = rivals.into_iter().zip(drawn).zip(&plan.kept).collect();
+    let affordable = affordable(&costs, NEEDED, left.as_secs_f64());
+    let kept: Vec<_> = rivals.into_iter().zip(drawn).zip(&affordable).collect();
     let mut measured = Vec::new();
     for (((configuration, rival, _), of_one), kept) in kept {
         match kept {
@@ -149,7 +149,7 @@ pub fn scene(
     turns.extend(calls.iter_mut().map(|call| call as &mut dyn FnMut()));
     let rounds = Rounds {
         warm_up: 1,
-        at_least: plan.rounds,
+        at_least: FEWEST_ROUNDS,
         at_most: 7 * ROUNDS,
         budget: end.saturating_duration_since(Instant::now()),
     };

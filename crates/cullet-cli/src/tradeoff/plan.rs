@@ -9,7 +9,10 @@ const PLANNED: f64 = 0.92;
 pub const ROUNDS: usize = 15;
 
 /// Rounds that they come from where even that does not fit.
-const FEWEST_ROUNDS: usize = 3;
+pub const FEWEST_ROUNDS: usize = 3;
+
+/// The share of the time for rounds that they are planned to take.
+const MARGIN: f64 = 0.85;
 
 /// Wall time for the whole run.
 #[derive(Clone, Copy, Debug)]
@@ -41,28 +44,17 @@ impl Budget {
     }
 }
 
-/// What of the list of rivals is timed, and how often.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Plan {
-    /// By rival: whether it stays.
-    pub kept: Vec<bool>,
-    /// Rounds that are affordable, after one to warm up.
-    pub rounds: usize,
-}
-
-/// Chooses among rivals of these costs per round (seconds), most important first, what fits into
-/// `seconds` with [`ROUNDS`] rounds and one to warm up. The first `needed` always stay. Where even
-/// they do not fit, there are fewer rounds.
-pub fn plan(costs: &[f64], needed: usize, seconds: f64) -> Plan {
-    let per_round = seconds / (ROUNDS + 1) as f64;
+/// Which of rivals of these costs per round (seconds), most important first, are timed: those that
+/// fit into `seconds` with [`ROUNDS`] rounds and one to warm up. The first `needed` always are.
+pub fn affordable(costs: &[f64], needed: usize, seconds: f64) -> Vec<bool> {
+    let per_round = MARGIN * seconds / (ROUNDS + 1) as f64;
     let mut sum: f64 = costs.iter().take(needed).sum();
     let mut kept = vec![true; costs.len()];
     for (kept, cost) in kept.iter_mut().zip(costs).skip(needed) {
         *kept = sum + cost <= per_round;
         sum += if *kept { *cost } else { 0.0 };
     }
-    let rounds = (seconds / sum.max(1e-9)) as usize;
-    Plan { kept, rounds: rounds.saturating_sub(1).clamp(FEWEST_ROUNDS, ROUNDS) }
+    kept
 }
 
 #[cfg(test)]
@@ -71,12 +63,13 @@ mod tests {
 
     #[test]
     fn what_fits_stays_in_order_of_importance() {
-        let plan_of = |seconds| plan(&[1.0, 2.0, 4.0, 1.0], 2, seconds);
-        assert_eq!(plan_of(1000.0), Plan { kept: vec![true; 4], rounds: 15 });
-        // 4 a round: the dear one goes, the cheap one after it stays.
-        assert_eq!(plan_of(64.0), Plan { kept: vec![true, true, false, true], rounds: 15 });
-        assert_eq!(plan_of(27.0), Plan { kept: vec![true, true, false, false], rounds: 8 });
-        assert_eq!(plan_of(0.0), Plan { kept: vec![true, true, false, false], rounds: 3 });
+        let seconds = |per_round: f64| per_round * (ROUNDS + 1) as f64 / MARGIN + 1e-9;
+        let kept = |per_round| affordable(&[1.0, 2.0, 4.0, 1.0], 2, seconds(per_round));
+        assert_eq!(kept(8.0), [true, true, true, true]);
+        // The dear one goes, the cheap one after it stays.
+        assert_eq!(kept(4.0), [true, true, false, true]);
+        assert_eq!(kept(3.0), [true, true, false, false]);
+        assert_eq!(kept(0.0), [true, true, false, false]);
     }
 
     #[test]

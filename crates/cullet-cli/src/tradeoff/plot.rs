@@ -44,7 +44,7 @@ pub fn svg(rows: &[Row]) -> String {
          font-family='system-ui, Segoe UI, Roboto, Arial, sans-serif' font-size='11.5'>\n\
          <rect width='{width}' height='{height}' fill='#fff'/>\n\
          <text x='14' y='22' font-size='15' font-weight='600'>Time against error</text>\n\
-         <text x='160' y='22' fill='#555'>left is faster, down is truer; full dots on the line: \
+         <text x='176' y='22' fill='#555'>left is faster, down is truer; full dots on the line: \
          the front; hollow: beaten</text>\n"
     );
     let mut x = 14.0;

@@ -1,8 +1,8 @@
 //! What is true: pictures and counts that no knob touches.
 //!
 //! * The picture: 256 samples per pixel, on a grid of 4 x 4 in each of 16 shifted frames of four
-//!   times the size, summed in f64. In these, textures are looked at through quarters of pixels,
-//!   so the mean is that of the finest levels, whatever the filter. Cast by the f64 ray caster
+//!   times the size, summed in f64. Textures are looked at through sixteenths of pixels, so
+//!   the mean is that of the finest levels. Cast by the f64 ray caster
 //!   where the budget allows that; else drawn by the rasterizer with every short cut off, and one
 //!   sample per pixel compared with the ray caster's.
 //! * The triangles: cast in f64 against the true geometry, not snapped, one ray per pixel.
@@ -12,8 +12,8 @@ use std::time::{Duration, Instant};
 
 use cullet::cull::{Frustum, Sat, Verdict};
 use cullet::{
-    Accumulation, Antialias, CullTest, Frame, Pass, Passes, Prepared, Renderer, RendererKind,
-    Resolution, Settings, View, sample_place,
+    Accumulation, Antialias, CullTest, Filter, Frame, Pass, Passes, Prepared, Renderer,
+    RendererKind, Resolution, Settings, View, sample_place,
 };
 use cullet_measure::Picture;
 use glam::Vec4;
@@ -61,8 +61,10 @@ impl Reference {
         let by_rays = begun.elapsed() * FRAMES * FINER * FINER;
 
         let linear = Passes::NONE.with(Pass::Linear);
+        let filter = Filter::Oversampled(FRAMES.ilog2() as u8);
         let plain = Settings {
             passes: linear,
+            filter,
             antialias: Antialias::None,
             accumulate: 1,
             resolution: Resolution::Full,
@@ -72,34 +74,21 @@ impl Reference {
             ..truth
         };
         let rays_fit = begun.elapsed() + by_rays < budget;
-        let one = if rays_fit { Settings { passes: linear, ..exact } } else { plain };
+        let one = if rays_fit { Settings { passes: linear, filter, ..exact } } else { plain };
         let finer = view
             .enlarged(FINER)
             .ok_or_else(|| Failure::limit("pictures four times the size would be too large"))?;
         let (mut renderer, mut frame) = (Renderer::default(), Frame::default());
-        let (mut sum, mut n) = (Accumulation::default(), FRAMES);
+        let mut sum = Accumulation::default();
         for i in 0..FRAMES {
-            if i >= n {
-                break;
-            }
-            progress(&format!("reference {} of {n}", i + 1));
-            let [x, y] = sample_place(i, n);
-            let shifted = finer.shifted(x - 0.5, y - 0.5);
-            let start = Instant::now();
-            renderer.render(prepared, &shifted, &one, &mut frame);
+            // In an order that spreads the first few over the pixel, should there be no time for all.
+            let place = i.reverse_bits() >> (u32::BITS - FRAMES.ilog2());
+            progress(&format!("reference {} of {FRAMES}", i + 1));
+            let [x, y] = sample_place(place, FRAMES);
+            renderer.render(prepared, &finer.shifted(x - 0.5, y - 0.5), &one, &mut frame);
             sum.add(&shrunk(&frame, FINER as usize), 0);
-            // The first says what the others will take.
-            if i == 0 && begun.elapsed() + start.elapsed() * (FRAMES - 1) > budget {
-                let fit = (budget.saturating_sub(begun.elapsed())).as_secs_f64()
-                    / start.elapsed().as_secs_f64();
-                n = if fit >= 3.0 { 4 } else { 1 };
-                if n > 1 {
-                    sum.clear();
-                    let [x, y] = sample_place(0, n);
-                    let shifted = finer.shifted(x - 0.5, y - 0.5);
-                    renderer.render(prepared, &shifted, &one, &mut frame);
-                    sum.add(&shrunk(&frame, FINER as usize), 0);
-                }
+            if begun.elapsed() > budget {
+                break;
             }
         }
         let viewport = view.viewport();
@@ -108,7 +97,7 @@ impl Reference {
             (0..width * height).map(|i| sum.mean(i).truncate().to_array()).collect();
         let picture = Picture::from_linear(width, height, &colors).map_err(Failure::input)?;
 
-        let samples = n * FINER * FINER;
+        let samples = sum.n_pictures() * FINER * FINER;
         let how = if rays_fit {
             format!("{samples} samples per pixel by the f64 ray caster")
         } else {
@@ -129,7 +118,8 @@ impl Reference {
 
 /// How far the rasterizer agrees with the ray caster, one sample per pixel.
 fn same_as_rays(prepared: &Prepared, view: &View, plain: &Settings, cast: &Frame) -> String {
-    let settings = Settings { passes: Passes::COLOR, ..*plain };
+    // The ray caster's one sample was filtered as frames of one sample are.
+    let settings = Settings { passes: Passes::COLOR, filter: Filter::Trilinear, ..*plain };
     let mut frame = Frame::default();
     Renderer::default().render(prepared, view, &settings, &mut frame);
     let differs = |(a, b): &(&[u8; 4], &[u8; 4])| a.iter().zip(*b).any(|(a, b)| a.abs_diff(*b) > 1);

@@ -30,7 +30,7 @@ pub struct Row {
     pub error: f64,
     /// On the front of its scene and metric, or so close behind that the spread does not tell.
     pub pareto: bool,
-    /// Beaten in time alone and by less than its spread.
+    /// Beaten, by no more than its spread in time and by next to nothing in error.
     pub tied: bool,
     /// This value is the default's.
     pub default: bool,
@@ -126,11 +126,23 @@ pub fn find_fronts(rows: &mut [Row]) {
         let mut own: Vec<&mut Row> =
             rows.iter_mut().filter(|row| row.scene == scene && row.metric == metric).collect();
         let trades: Vec<Trade> = own.iter().map(|row| row.trade()).collect();
-        for (row, standing) in own.iter_mut().zip(standings(&trades)) {
-            row.pareto = standing.is_kept();
-            row.tied = standing == Standing::Tied;
+        for ((row, standing), own) in own.iter_mut().zip(standings(&trades)).zip(&trades) {
+            row.tied = standing != Standing::Front && is_tied(own, &trades);
+            row.pareto = row.tied || standing == Standing::Front;
         }
     }
+}
+
+/// The share of an error that nobody sees.
+const NEGLIGIBLE: f64 = 0.01;
+
+/// Whether whatever beats `own` does so by no more than its spread in time, and next to nothing in
+/// error.
+fn is_tied(own: &Trade, all: &[Trade]) -> bool {
+    let beats = |other: &&Trade| other.cost <= own.cost && other.error <= own.error;
+    all.iter().filter(beats).all(|other| {
+        1.0 - other.cost / own.cost <= own.spread && other.error >= (1.0 - NEGLIGIBLE) * own.error
+    })
 }
 
 /// The table of the contract.
@@ -200,6 +212,20 @@ pub mod tests {
             [true, false, true, true]
         );
         assert_eq!(panels(&rows).len(), 3);
+    }
+
+    #[test]
+    fn what_the_spread_does_not_tell_apart_is_tied() {
+        let mut rows = vec![
+            row("a", "msaa4", 1.0, 0.1),
+            row("a", "msaa2", 1.005, 0.1001),
+            row("a", "none", 1.005, 0.11),
+            row("a", "msaa8", 1.02, 0.1),
+        ];
+        find_fronts(&mut rows);
+        let standing = |row: &Row| (row.pareto, row.tied);
+        let all: Vec<_> = rows.iter().map(standing).collect();
+        assert_eq!(all, [(true, false), (true, true), (false, false), (false, false)]);
     }
 
     #[test]

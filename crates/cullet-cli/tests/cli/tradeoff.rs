@@ -78,9 +78,9 @@ fn the_table_is_as_promised_and_its_fronts_are_fronts() {
         };
         let by: Vec<&Row> = panel().filter(beats).collect();
         let fastest = by.iter().map(|other| other.time_ms).fold(row.time_ms, f64::min);
-        // In time alone, and by no more than the spread.
-        let tied = by.iter().all(|other| other.error == row.error)
-            && 1.0 - fastest / row.time_ms <= row.spread;
+        // By no more than the spread in time, and by next to nothing in error.
+        let tied = 1.0 - fastest / row.time_ms <= row.spread
+            && by.iter().all(|other| other.error >= 0.99 * row.error);
         assert_eq!(row.pareto, by.is_empty() || tied, "{} {} {}", row.knob, row.value, row.metric);
     }
     let errors = |knob: &str, metric: &str| -> Vec<f64> {
@@ -160,11 +160,11 @@ fn presets_are_sets_of_options_and_explicit_options_beat_them() {
     let [plain, balanced, fast, reference] =
         ["", "--quality balanced", "--quality fast", "--quality reference"].map(render);
     assert_eq!(plain.0, balanced.0);
-    assert_eq!(fast.0, render("--aa none --texture bilinear").0);
-    assert_eq!(reference.0, render("--accumulate 64").0);
+    assert_eq!(fast.0, render("--aa none").0);
+    assert_eq!(reference.0, render("--accumulate 16").0);
     assert!(fast.0 != plain.0 && reference.0 != plain.0);
     assert_eq!((&fast.1["aa"], &fast.1["quality"]), (&"none".into(), &"fast".into()));
-    let smooth = render("--quality fast --aa msaa4 --texture trilinear");
+    let smooth = render("--quality fast --aa msaa4");
     assert_eq!(smooth.0, plain.0);
     let [half, adaptive] = ["half", "adaptive"].map(|name| render(&format!("--resolution {name}")));
     assert!(half.0 != plain.0 && adaptive.0 != half.0);
