@@ -158,7 +158,7 @@ fn expectations(rows: &[Row]) -> Vec<Finding> {
         let mut worst: Option<(f64, String)> = None;
         for (_, metric) in panels(rows).into_iter().filter(|(of, _)| of == scene) {
             let panel: Vec<&Row> = own().filter(|row| row.metric == metric).collect();
-            let Some(i) = panel.iter().position(|row| row.default && of_preset(row)) else {
+            let Some(i) = panel.iter().position(|row| row.default) else {
                 continue;
             };
             let trades: Vec<Trade> = panel.iter().map(|row| row.trade()).collect();

@@ -28,7 +28,7 @@ pub const QUALITY: &str = "quality";
 pub const KNOBS: &[Knob] = &[
     Knob {
         name: QUALITY,
-        metrics: &[Flip, EdgeRmse, SsimLoss],
+        metrics: &[Flip, EdgeRmse],
         values: &[
             ("balanced", |s| *s = Settings::balanced()),
             ("fast", |s| *s = Settings::fast()),

@@ -116,7 +116,6 @@ pub fn scene(
         let settings = configuration.settings;
         let (renderer, frame) = (Renderer::default(), Frame::default());
         let mut rival = Rival { settings, renderer, frame };
-        rival.draw(prepared, view); // to make room
         let start = Instant::now();
         let stats = rival.draw(prepared, view);
         let seconds = start.elapsed().as_secs_f64();
@@ -148,7 +147,7 @@ pub fn scene(
     let mut turns: Vec<&mut dyn FnMut()> = vec![&mut tell];
     turns.extend(calls.iter_mut().map(|call| call as &mut dyn FnMut()));
     let rounds = Rounds {
-        warm_up: 1,
+        warm_up: 0, // each has drawn its frame for the errors
         at_least: FEWEST_ROUNDS,
         at_most: 7 * ROUNDS,
         budget: end.saturating_duration_since(Instant::now()),

@@ -27,7 +27,7 @@ use serde_json::json;
 
 use crate::exit::Failure;
 use crate::message::{Progress, note, warn};
-use crate::output::{Outputs, Target, spare_inputs};
+use crate::output::{Outputs, Target, print, spare_inputs};
 use crate::render::{camera, size};
 use crate::source::{Limits, Source};
 use crate::stats;
@@ -45,7 +45,8 @@ const CALLS: f64 = 0.02;
 
 /// Measure speed against accuracy: every setting's time and error, and which settings nothing beats.
 ///
-/// Writes tradeoff.csv, tradeoff.json, tradeoff.svg and tradeoff.html.
+/// Writes tradeoff.csv, tradeoff.json, tradeoff.svg and tradeoff.html, and prints the settings that
+/// nothing beats.
 #[derive(Args, Clone, Debug)]
 pub struct TradeoffArgs {
     /// .glb, .gltf or .obj files, or `synth:NAME`; several are measured one after the other
@@ -159,6 +160,7 @@ pub fn run(args: &TradeoffArgs) -> Result<(), Failure> {
     outputs.write(2, plot::svg(&rows).as_bytes())?;
     outputs.write(3, html::page(&report)?.as_bytes())?;
     outputs.commit()?;
+    print(table::fronts(&rows).as_bytes())?;
     for scene in scenes.iter().filter(|scene| !scene.measured.left_out.is_empty()) {
         let left_out = scene.measured.left_out.join(", ");
         note(format_args!(

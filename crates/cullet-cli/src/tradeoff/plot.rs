@@ -182,7 +182,12 @@ fn panel(svg: &mut String, scene: &str, metric: Metric, rows: &[&Row], knobs: &[
         "<polyline points='{}' fill='none' stroke='#333' stroke-width='1.2' stroke-opacity='.6'/>",
         front.join(" ")
     );
-    let mut labels: Vec<(f64, f64, f64)> = Vec::new();
+    // Where no more text fits: dots, and labels as they come. Left, right, base line.
+    let mut taken: Vec<(f64, f64, f64)> = Vec::new();
+    for (row, _) in &dots {
+        let (x, y) = place(row);
+        taken.push((x - 5.0, x + 5.0, y + 4.0));
+    }
     for (row, names) in &dots {
         let (x, y) = place(row);
         let knob = knobs.iter().position(|knob| *knob == row.knob).unwrap_or(0);
@@ -209,10 +214,10 @@ fn panel(svg: &mut String, scene: &str, metric: Metric, rows: &[&Row], knobs: &[
                         || start > *other_end
                         || start + width < *other_start
                 };
-                inside && labels.iter().all(apart)
+                inside && taken.iter().all(apart)
             });
             if let Some(at) = at {
-                labels.push((start, start + width, at));
+                taken.push((start, start + width, at));
                 let _ = writeln!(
                     svg,
                     "<text x='{start:.1}' y='{at:.1}' font-size='10.5' fill='#222'>{}</text>",

@@ -6,6 +6,7 @@ use cullet_measure::{Align, Standing, Table, Trade, standings};
 use serde::Serialize;
 
 use super::calls::{self, Call};
+use super::findings::short;
 use super::measure::SceneMeasured;
 use super::metrics::Metric;
 
@@ -166,6 +167,42 @@ pub fn csv(rows: &[Row]) -> String {
     table.to_csv()
 }
 
+/// The fronts alone, for people: of each scene and metric the settings that nothing beats, fastest
+/// first.
+pub fn fronts(rows: &[Row]) -> String {
+    let (left, right) = (Align::Left, Align::Right);
+    let columns = [
+        ("scene", left),
+        ("metric", left),
+        ("front", left),
+        ("ms", right),
+        ("ratio", right),
+        ("spread", right),
+        ("error", right),
+    ];
+    let mut table = Table::new(&columns);
+    for (scene, metric) in panels(rows) {
+        let of_panel = |row: &&Row| row.scene == scene && row.metric == metric;
+        let mut front: Vec<&Row> =
+            rows.iter().filter(of_panel).filter(|row| row.pareto && !row.tied).collect();
+        front.sort_by(|a, b| a.time_ms.total_cmp(&b.time_ms));
+        // Of several values that mean one configuration, the first.
+        front.dedup_by_key(|row| row.configuration);
+        for row in front {
+            table.push([
+                scene.clone(),
+                metric.name().into(),
+                row.name(),
+                short(row.time_ms),
+                format!("{:.2}", row.time_ratio),
+                format!("{:.1}%", 100.0 * row.spread),
+                short(row.error),
+            ]);
+        }
+    }
+    table.to_string()
+}
+
 /// A number as the table has it.
 pub fn rounded(value: f64) -> f64 {
     if !value.is_finite() {
@@ -226,6 +263,21 @@ pub mod tests {
         let standing = |row: &Row| (row.pareto, row.tied);
         let all: Vec<_> = rows.iter().map(standing).collect();
         assert_eq!(all, [(true, false), (true, true), (false, false), (false, false)]);
+    }
+
+    #[test]
+    fn people_see_each_configuration_on_a_front_once() {
+        let fast = row("a", "none", 1.0, 0.3);
+        let mut rows = vec![
+            Row { configuration: 1, ..row("a", "msaa8", 2.0, 0.2) },
+            fast.clone(),
+            Row { knob: "quality", value: "fast", ..fast },
+        ];
+        find_fronts(&mut rows);
+        let expected = "scene  metric  front     ms  ratio  spread  error\n\
+                        a      flip    aa none    1   1.00    1.0%    0.3\n\
+                        a      flip    aa msaa8   2   2.00    1.0%    0.2\n";
+        assert_eq!(fronts(&rows), expected);
     }
 
     #[test]

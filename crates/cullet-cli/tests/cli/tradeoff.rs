@@ -11,7 +11,8 @@ fn measured() -> Folder {
     let folder = Folder::new();
     let ran =
         folder.ok("tradeoff synth:sphere:8 synth:box-grid:2 --size 40x32 --budget 12 --out report");
-    assert!(ran.stdout.is_empty());
+    let fronts = String::from_utf8(ran.stdout).unwrap();
+    assert!(fronts.starts_with("scene") && fronts.contains("quality fast"), "{fronts}");
     assert!(ran.stderr.lines().all(|line| line.starts_with("cullet: ")), "{}", ran.stderr);
     folder
 }
@@ -66,7 +67,7 @@ fn the_table_is_as_promised_and_its_fronts_are_fronts() {
     for scene in ["synth:sphere:8", "synth:box-grid:2"] {
         for preset in ["fast", "balanced", "reference"] {
             let is_it = |row: &&Row| row.scene == scene && row.value == preset;
-            assert!(rows.iter().filter(is_it).count() >= 3, "{scene} {preset}");
+            assert!(rows.iter().filter(is_it).count() >= 2, "{scene} {preset}");
         }
     }
     for row in &rows {
