@@ -17,6 +17,7 @@ mod signals;
 mod source;
 mod stats;
 mod synth;
+mod tradeoff;
 mod verify;
 mod view;
 
@@ -39,6 +40,7 @@ enum Command {
     Info(info::InfoArgs),
     Diff(diff::DiffArgs),
     Synth(synth::SynthArgs),
+    Tradeoff(Box<tradeoff::TradeoffArgs>),
     Verify(verify::VerifyArgs),
     View(view::ViewArgs),
 }
@@ -63,6 +65,7 @@ fn main() -> ExitCode {
         Command::Info(args) => info::run(args),
         Command::Diff(args) => diff::run(args),
         Command::Synth(args) => synth::run(args),
+        Command::Tradeoff(args) => tradeoff::run(args),
         Command::Verify(args) => verify::run(args),
         Command::View(args) => view::run(args),
     })

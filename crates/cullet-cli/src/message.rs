@@ -35,6 +35,11 @@ impl Progress {
             Progress(())
         })
     }
+
+    /// Shows `what` instead.
+    pub fn update(&self, what: &str) {
+        let _ = write!(stderr(), "\r\x1b[K{}…", one_line(what));
+    }
 }
 
 impl Drop for Progress {

@@ -36,7 +36,19 @@ impl Rounds {
     /// microseconds, so let short work loop by itself.
     pub fn time(&self, rivals: &mut [&mut dyn FnMut()]) -> Vec<Vec<f64>> {
         let start = Instant::now();
-        self.time_by(&mut || start.elapsed(), rivals)
+        self.time_by(&mut || start.elapsed(), &mut || start.elapsed(), rivals)
+    }
+
+    /// [`Rounds::time`] in seconds of another clock, which only has to run forwards: that of the
+    /// processor time of a thread, say, which stands still while other programs have the processor.
+    /// The budget is wall time all the same.
+    pub fn time_on(
+        &self,
+        clock: &mut dyn FnMut() -> Duration,
+        rivals: &mut [&mut dyn FnMut()],
+    ) -> Vec<Vec<f64>> {
+        let start = Instant::now();
+        self.time_by(&mut || start.elapsed(), clock, rivals)
     }
 
     /// [`Rounds::time`] for two, already compared.
@@ -45,10 +57,11 @@ impl Rounds {
         Comparison::of(&seconds[0], &seconds[1]).expect("at least one round")
     }
 
-    /// [`Rounds::time`] by any clock that starts at zero.
+    /// [`Rounds::time`] by any clock, and a budget by another that starts at zero.
     fn time_by(
         &self,
-        now: &mut dyn FnMut() -> Duration,
+        spent: &mut dyn FnMut() -> Duration,
+        clock: &mut dyn FnMut() -> Duration,
         rivals: &mut [&mut dyn FnMut()],
     ) -> Vec<Vec<f64>> {
         for _ in 0..self.warm_up {
@@ -57,11 +70,11 @@ impl Rounds {
         let mut seconds = vec![Vec::new(); rivals.len()];
         for n_done in 1.. {
             for (rival, seconds) in rivals.iter_mut().zip(&mut seconds) {
-                let begun = now();
+                let begun = clock();
                 rival();
-                seconds.push((now() - begun).as_secs_f64());
+                seconds.push(clock().saturating_sub(begun).as_secs_f64());
             }
-            let over = n_done >= self.at_least && now() >= self.budget;
+            let over = n_done >= self.at_least && spent() >= self.budget;
             if over || n_done >= self.at_most {
                 break;
             }
@@ -127,8 +140,8 @@ mod tests {
         };
         let mut b = || time.set(time.get() + 0.5 * pace.get());
         let rounds = Rounds { at_least: 15, at_most: 15, ..Default::default() };
-        let seconds =
-            rounds.time_by(&mut || Duration::from_secs_f64(time.get()), &mut [&mut a, &mut b]);
+        let now = || Duration::from_secs_f64(time.get());
+        let seconds = rounds.time_by(&mut { now }, &mut { now }, &mut [&mut a, &mut b]);
         let comparison = Comparison::of(&seconds[0], &seconds[1]).unwrap();
         assert_eq!(comparison.a.n, 15);
         assert!(comparison.a.spread() > 0.3);
@@ -144,12 +157,21 @@ mod tests {
             let budget = Duration::from_secs(budget_seconds);
             let rounds = Rounds { warm_up: 1, at_least, at_most: 50, budget };
             let mut work = || time.set(time.get() + Duration::from_secs(1));
-            rounds.time_by(&mut || time.get(), &mut [&mut work])[0].len()
+            rounds.time_by(&mut || time.get(), &mut || time.get(), &mut [&mut work])[0].len()
         };
         assert_eq!(count(0, 0), 1);
         assert_eq!(count(15, 5), 15);
         assert_eq!(count(3, 11), 10);
         assert_eq!(count(3, 1000), 50);
+    }
+
+    #[test]
+    fn another_clock_gives_the_seconds_and_wall_time_the_budget() {
+        let time = Cell::new(Duration::ZERO);
+        let rounds = Rounds { budget: Duration::ZERO, at_least: 2, ..Default::default() };
+        let mut hour = || time.set(time.get() + Duration::from_secs(3600));
+        let seconds = rounds.time_on(&mut || time.get(), &mut [&mut hour]);
+        assert_eq!(seconds, [[3600.0, 3600.0]]);
     }
 
     #[test]

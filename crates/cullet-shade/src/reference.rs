@@ -106,12 +106,12 @@ pub fn world_normal(
 /// Twin of [`crate::sample`].
 pub fn sample(texture: &Texture, uv: DVec2, duvdx: DVec2, duvdy: DVec2, filter: Filter) -> DVec4 {
     let mips = &texture.mips;
-    let lod = lod(texture, duvdx, duvdy);
+    let lod = lod(texture, duvdx, duvdy, filter);
     let nearest_level = &mips.level((lod + 0.5).ceil() as usize - 1);
     match filter {
         Filter::Nearest => nearest(nearest_level, texture.wrap, uv),
         Filter::Bilinear => bilinear(nearest_level, texture.wrap, uv),
-        Filter::Trilinear => {
+        Filter::Trilinear | Filter::Oversampled(_) => {
             let finer = bilinear(&mips.level(lod.floor() as usize), texture.wrap, uv);
             let coarser = bilinear(&mips.level(lod.ceil() as usize), texture.wrap, uv);
             finer.lerp(coarser, lod.fract())
@@ -120,11 +120,12 @@ pub fn sample(texture: &Texture, uv: DVec2, duvdx: DVec2, duvdy: DVec2, filter: 
 }
 
 /// Level of detail, clamped to the levels there are.
-pub fn lod(texture: &Texture, duvdx: DVec2, duvdy: DVec2) -> f64 {
+pub fn lod(texture: &Texture, duvdx: DVec2, duvdy: DVec2, filter: Filter) -> f64 {
     let base = texture.mips.level(0);
     let size = DVec2::new(f64::from(base.width()), f64::from(base.height()));
     let longer = (duvdx * size).length().max((duvdy * size).length());
-    libm::log2(longer).clamp(0.0, (texture.mips.n_levels() - 1) as f64)
+    (libm::log2(longer) - f64::from(filter.finer_by()))
+        .clamp(0.0, (texture.mips.n_levels() - 1) as f64)
 }
 
 /// All levels of an image, linear RGBA, from the areas that their texels cover.

@@ -27,6 +27,16 @@ pub enum Filter {
     /// Bilinear in the two levels around the footprint's size, blended.
     #[default]
     Trilinear,
+    /// Trilinear for pictures that are the mean of 2^n others, each sampled elsewhere within the
+    /// pixel: every sample stands for that much less of the footprint, so levels are finer by n / 2.
+    Oversampled(u8),
+}
+
+impl Filter {
+    /// How many levels finer than the footprint.
+    pub(crate) fn finer_by(self) -> f32 {
+        if let Filter::Oversampled(n) = self { 0.5 * f32::from(n) } else { 0.0 }
+    }
 }
 
 /// Linear RGBA, straight alpha, each in `[0, 1]`, at `uv`.
@@ -34,17 +44,17 @@ pub enum Filter {
 /// `duvdx` and `duvdy` are the changes of `uv` per pixel to the right and down. Where they
 /// span a texel or less, level 0 answers; where either is NaN or infinite, the coarsest.
 pub fn sample(texture: &Texture, uv: Vec2, duvdx: Vec2, duvdy: Vec2, filter: Filter) -> Vec4 {
-    filtered(texture, uv, lod(texture, duvdx, duvdy), filter, decode)
+    filtered(texture, uv, lod(texture, duvdx, duvdy, filter), filter, decode)
 }
 
 /// The alpha of [`sample`], bit for bit, without the colour.
 pub fn sample_alpha(texture: &Texture, uv: Vec2, duvdx: Vec2, duvdy: Vec2, filter: Filter) -> f32 {
     let alpha = |[.., alpha]: [u16; 4]| decode_alpha(alpha);
-    filtered(texture, uv, lod(texture, duvdx, duvdy), filter, alpha)
+    filtered(texture, uv, lod(texture, duvdx, duvdy, filter), filter, alpha)
 }
 
 /// Level of detail, in `0..=n_levels - 1`: log2 of the longer footprint axis in texels.
-fn lod(texture: &Texture, duvdx: Vec2, duvdy: Vec2) -> f32 {
+fn lod(texture: &Texture, duvdx: Vec2, duvdy: Vec2, filter: Filter) -> f32 {
     let base = texture.mips.level(0);
     let size = Vec2::new(base.width() as f32, base.height() as f32);
     let (x, y) = (duvdx * size, duvdy * size);
@@ -54,7 +64,7 @@ fn lod(texture: &Texture, duvdx: Vec2, duvdy: Vec2) -> f32 {
     if longer2 <= 1.0 {
         return 0.0;
     }
-    clamp(0.5 * libm::log2f(longer2), 0.0, coarsest)
+    clamp(0.5 * libm::log2f(longer2) - filter.finer_by(), 0.0, coarsest)
 }
 
 fn filtered<T>(
@@ -72,7 +82,7 @@ where
     match filter {
         Filter::Nearest => nearest(&mips.level(nearest_level(lod)), texture.wrap, place, decode),
         Filter::Bilinear => bilinear(&mips.level(nearest_level(lod)), texture.wrap, place, decode),
-        Filter::Trilinear => {
+        Filter::Trilinear | Filter::Oversampled(_) => {
             let finer = lod as usize; // within 0..n_levels
             let blend = lod - finer as f32;
             let color = bilinear(&mips.level(finer), texture.wrap, place, decode);
@@ -246,14 +256,14 @@ mod tests {
     fn the_longer_axis_sets_the_level() {
         let texture = texture(16, 4, Wrap::Repeat, Wrap::Repeat);
         let (x, y) = (Vec2::X / 16.0, Vec2::Y / 4.0);
-        assert_eq!(lod(&texture, Vec2::ZERO, Vec2::ZERO), 0.0);
-        assert_eq!(lod(&texture, x, y), 0.0);
-        assert_eq!(lod(&texture, x * 2.0, y), 1.0);
-        assert_eq!(lod(&texture, x, y * 4.0), 2.0);
-        assert_eq!(lod(&texture, x * 1e6, y), 4.0);
+        assert_eq!(lod(&texture, Vec2::ZERO, Vec2::ZERO, Filter::Trilinear), 0.0);
+        assert_eq!(lod(&texture, x, y, Filter::Trilinear), 0.0);
+        assert_eq!(lod(&texture, x * 2.0, y, Filter::Trilinear), 1.0);
+        assert_eq!(lod(&texture, x, y * 4.0, Filter::Trilinear), 2.0);
+        assert_eq!(lod(&texture, x * 1e6, y, Filter::Trilinear), 4.0);
         for bad in [f32::NAN, f32::INFINITY, -f32::INFINITY, 1e30] {
-            assert_eq!(lod(&texture, x * bad, y), 4.0);
-            assert_eq!(lod(&texture, x, y * bad), 4.0);
+            assert_eq!(lod(&texture, x * bad, y, Filter::Trilinear), 4.0);
+            assert_eq!(lod(&texture, x, y * bad, Filter::Trilinear), 4.0);
         }
     }
 
@@ -299,7 +309,7 @@ mod tests {
             let [a, b, c, d] = derivatives.map(|d| d / (1 << scale) as f32);
             let (ddx, ddy) = (Vec2::new(a, b), Vec2::new(c, d));
             let (ddx64, ddy64) = (ddx.as_dvec2(), ddy.as_dvec2());
-            let lod = reference::lod(&texture, ddx64, ddy64);
+            let lod = reference::lod(&texture, ddx64, ddy64, Filter::Trilinear);
             let level_is_clear = (lod.fract() - 0.5).abs() > 1e-5;
             for filter in [Filter::Nearest, Filter::Bilinear, Filter::Trilinear] {
                 if filter == Filter::Trilinear || level_is_clear {

@@ -289,6 +289,11 @@ impl Camera {
     pub fn window(&self, aspect: f64) -> Window {
         self.projection.window(aspect)
     }
+
+    /// The same camera looking through a part or a multiple of one of its own windows.
+    pub(crate) fn through(&self, window: Window) -> Camera {
+        Camera { projection: Projection::OffCentre(window), ..*self }
+    }
 }
 
 /// `a - b` as a rounded difference and what its rounding dropped (Knuth 1969).

@@ -29,8 +29,11 @@
 
 #![cfg_attr(not(any(feature = "std", test)), no_std)]
 
+extern crate alloc;
+
 mod camera;
 mod planes;
+mod sincos;
 mod spaces;
 mod view;
 mod viewport;
@@ -39,6 +42,7 @@ pub mod reference;
 
 pub use camera::{Camera, CameraError, Kind, Projection, Window};
 pub use planes::{Plane, PlaneMask};
+pub use sincos::{SinCos, SinCosTable};
 pub use spaces::{ClipPoint, NdcPoint, ScreenPoint};
 pub use view::View;
 pub use viewport::{MAX_SIDE, Viewport, ViewportError};

@@ -29,6 +29,52 @@ impl View {
         }
     }
 
+    /// This view with the picture moved under its pixels: the centre of each samples what lies
+    /// `right` and `down` pixels from there in this one. The eye stays; only the lens shifts, so
+    /// pictures a part of a pixel apart differ in where they sample and in nothing else.
+    ///
+    /// Both finite. A shift of 0 changes no bit of any symmetric lens.
+    #[must_use]
+    pub fn shifted(&self, right: f64, down: f64) -> View {
+        let Window { left, right: end, bottom, top, .. } = self.window();
+        let x = (end - left) * (right / f64::from(self.viewport.width()));
+        let y = (top - bottom) * (down / f64::from(self.viewport.height()));
+        let window = Window {
+            left: left + x,
+            right: end + x,
+            bottom: bottom - y,
+            top: top - y,
+            ..self.window()
+        };
+        View::new(&self.camera.through(window), self.viewport)
+    }
+
+    /// This view at half its size: pixel (x, y) spans the four pixels from (2 x, 2 y) on. Odd sides
+    /// round up, and what the last row or column then spans beyond this picture is in it.
+    #[must_use]
+    pub fn halved(&self) -> View {
+        let (width, height) = (self.viewport.width(), self.viewport.height());
+        let viewport = self.viewport.halved();
+        let window = self.window();
+        let Window { left, right, bottom, top, .. } = window;
+        // Exactly 1 for even sides.
+        let wider = f64::from(2 * viewport.width()) / f64::from(width);
+        let higher = f64::from(2 * viewport.height()) / f64::from(height);
+        let window = Window {
+            right: if wider == 1.0 { right } else { left + (right - left) * wider },
+            bottom: if higher == 1.0 { bottom } else { top - (top - bottom) * higher },
+            ..window
+        };
+        View::new(&self.camera.through(window), viewport)
+    }
+
+    /// This view at `factor` times its size, or `None` where that is larger than pictures can be.
+    pub fn enlarged(&self, factor: u32) -> Option<View> {
+        let sides = (self.viewport.width().checked_mul(factor)?, self.viewport.height());
+        let viewport = Viewport::new(sides.0, sides.1.checked_mul(factor)?).ok()?;
+        Some(View::new(&self.camera.through(self.window()), viewport))
+    }
+
     /// The camera.
     pub fn camera(&self) -> &Camera {
         &self.camera
@@ -120,6 +166,45 @@ mod tests {
         let moved = DAffine3::from_translation(model.translation + offset);
         let (here, there) = (view(eye, target), view(eye + offset, target + offset));
         assert_eq!(here.clip_from_model(&model), there.clip_from_model(&moved));
+    }
+
+    #[test]
+    fn a_shift_moves_the_picture_and_nothing_else() {
+        let straight = view(DVec3::new(3.0, 2.0, 5.0), DVec3::new(0.5, 0.25, -0.5));
+        let still = straight.shifted(0.0, 0.0);
+        assert_eq!(still.clip_from_view(), straight.clip_from_view());
+        let shifted = straight.shifted(0.25, -0.5);
+        for i in 0..50 {
+            let t = f64::from(i);
+            let p = DVec3::new(0.3 - 0.02 * t, 0.01 * t, -0.015 * t);
+            let (before, after) = (straight.project(p), shifted.project(p));
+            assert!((before.x - after.x - 0.25).abs() < 1e-10);
+            assert!((before.y - after.y + 0.5).abs() < 1e-10);
+            assert_eq!(before.depth, after.depth);
+        }
+    }
+
+    #[test]
+    fn pixels_of_half_a_view_span_four() {
+        let camera = *view(DVec3::new(3.0, 2.0, 5.0), DVec3::ZERO).camera();
+        for (width, height) in [(64, 48), (63, 48), (1, 7), (5, 1)] {
+            let whole = View::new(&camera, Viewport::new(width, height).unwrap());
+            let half = whole.halved();
+            let sides = (half.viewport().width(), half.viewport().height());
+            assert_eq!(sides, (width.div_ceil(2), height.div_ceil(2)));
+            let (whole, half) = (whole.project(DVec3::X), half.project(DVec3::X));
+            assert!((whole.x - 2.0 * half.x).abs() < 1e-10 * whole.x.abs().max(1.0));
+            assert!((whole.y - 2.0 * half.y).abs() < 1e-10 * whole.y.abs().max(1.0));
+        }
+    }
+
+    #[test]
+    fn a_larger_view_shows_the_same() {
+        let view = view(DVec3::new(3.0, 2.0, 5.0), DVec3::ZERO);
+        let larger = view.enlarged(4).unwrap();
+        assert!((4.0 * view.project(DVec3::X).x - larger.project(DVec3::X).x).abs() < 1e-9);
+        assert_eq!(view.enlarged(30), None);
+        assert_eq!(view.enlarged(0), None);
     }
 
     #[test]

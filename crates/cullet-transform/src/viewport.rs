@@ -51,6 +51,12 @@ impl Viewport {
         f64::from(self.width) / f64::from(self.height)
     }
 
+    /// Half as many pixels each way, rounded up.
+    #[must_use]
+    pub const fn halved(self) -> Viewport {
+        Viewport { width: self.width.div_ceil(2), height: self.height.div_ceil(2) }
+    }
+
     /// Ndc (y up, -1..1) to pixels (y down, origin top left). Depth passes through.
     pub fn screen_from_ndc(self, ndc: NdcPoint) -> ScreenPoint {
         ScreenPoint {

@@ -76,6 +76,14 @@ impl Frame {
         refill(&mut self.triangle, triangle, 0);
     }
 
+    /// Empties the pictures of `colors` and gives them their size; data stays as it is.
+    pub(crate) fn make_room(&mut self, colors: Passes) {
+        let len = |pass| if colors.contains(pass) { self.len() } else { 0 };
+        let (rgba8, linear) = (len(Pass::Color), len(Pass::Linear));
+        refill(&mut self.rgba8, rgba8, [0; 4]);
+        refill(&mut self.linear, linear, Vec4::ZERO);
+    }
+
     /// Splits the pictures into bands of `rows` rows each, the first of `first_rows`.
     pub(crate) fn bands(&mut self, first_rows: u32, rows: u32) -> Bands<'_> {
         let (width, height) = (self.width as usize, self.height as usize);

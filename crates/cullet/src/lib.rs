@@ -18,6 +18,7 @@
 //! fail. The same prepared scene, view and settings give the same bytes for every number of
 //! threads, with culling on or off, in debug and in release builds.
 
+mod accumulate;
 mod bins;
 mod cameras;
 mod clusters;
@@ -34,6 +35,7 @@ mod passes;
 mod prepared;
 mod raycast;
 mod renderer;
+mod resolution;
 mod schedule;
 mod screen_box;
 mod settings;
@@ -46,6 +48,7 @@ mod tiles;
 mod visibility;
 mod visible_clusters;
 
+pub use accumulate::{Accumulation, sample_place};
 pub use cameras::camera_of;
 pub use frame::{Frame, Region};
 pub use framing::{DEFAULT_DIRECTION, frame_direction, frame_scene};
@@ -55,6 +58,7 @@ pub use loading::{LoadTimes, load, load_glb_bytes};
 pub use passes::{Pass, Passes};
 pub use prepared::{PrepareError, Prepared};
 pub use renderer::Renderer;
+pub use resolution::Resolution;
 pub use settings::{Antialias, RendererKind, Settings, ShadingRate};
 pub use stats::{FrameStats, ObjectCounters, Stages};
 pub use visible_clusters::ClusterCounters;

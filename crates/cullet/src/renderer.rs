@@ -5,17 +5,21 @@ use std::time::{Duration, Instant};
 use cullet_raster::Samples;
 use cullet_transform::{PlaneMask, View};
 
+use crate::accumulate::AccumulateScratch;
 use crate::bins::{Bins, Grid};
 use crate::culling::cull;
 use crate::frame::Band;
 use crate::raycast::Raycaster;
+use crate::resolution::HalfScratch;
 use crate::schedule::{for_each_with, thread_count};
 use crate::shading::{Scene, Shaded, encode_linear, fill_background, shade_bands, shade_run};
 use crate::supersample::{Supersampling, fine};
 use crate::tile_shader::TileShader;
 use crate::tiles::{TileDrawer, TileScratch};
 use crate::visible_clusters::VisibleClusters;
-use crate::{Antialias, Frame, FrameStats, Passes, Prepared, Region, RendererKind, Settings};
+use crate::{
+    Antialias, Frame, FrameStats, Passes, Prepared, Region, RendererKind, Resolution, Settings,
+};
 
 /// Scratch memory; it carries nothing from one frame to the next.
 #[derive(Debug, Default)]
@@ -26,6 +30,16 @@ pub struct Renderer {
     bins: Bins,
     /// By thread.
     threads: Vec<TileScratch>,
+    pub(crate) accumulation: AccumulateScratch,
+    pub(crate) half: HalfScratch,
+}
+
+/// What of the picture is drawn.
+#[derive(Clone, Copy)]
+struct Part<'a> {
+    region: Region,
+    /// By tile of the region; `None` means all.
+    only: Option<&'a [bool]>,
 }
 
 /// What to draw, from where, how, and with how many pixels for each one of the frame along a side.
@@ -49,6 +63,15 @@ impl Renderer {
         settings: &Settings,
         frame: &mut Frame,
     ) -> FrameStats {
+        if settings.passes.needs_color() {
+            if settings.accumulate > 1 {
+                return self.accumulate(prepared, view, settings, frame);
+            }
+            let reduced = settings.resolution != Resolution::Full;
+            if reduced && settings.renderer == RendererKind::Raster {
+                return self.reduced(prepared, view, settings, frame);
+            }
+        }
         let start = Instant::now();
         let threads = thread_count(settings.threads);
         let region = visible_region(view, settings);
@@ -60,7 +83,7 @@ impl Renderer {
             RendererKind::Raster => match Supersampling::new(view, settings.antialias) {
                 None => {
                     let scene = Drawn { prepared, view, settings, per_side: 1 };
-                    self.raster(scene, threads, region, frame, &mut stats);
+                    self.raster(scene, threads, Part { region, only: None }, frame, &mut stats);
                 }
                 Some(fine) => {
                     let (passes, after_cull) = (settings.passes, stats);
@@ -69,7 +92,7 @@ impl Renderer {
                     let data = Settings { passes: passes.data(), antialias, ..*settings };
                     if data.passes != Passes::NONE || !passes.needs_color() {
                         let scene = Drawn { prepared, view, settings: &data, per_side: 1 };
-                        self.raster(scene, threads, region, frame, &mut stats);
+                        self.raster(scene, threads, Part { region, only: None }, frame, &mut stats);
                     }
                     if passes.needs_color() {
                         // Of both pictures the times, of the finer one the counters.
@@ -77,7 +100,7 @@ impl Renderer {
                         let Supersampling { per_side, view } = &fine;
                         let scene =
                             Drawn { prepared, view, settings: &colors, per_side: *per_side };
-                        self.raster(scene, threads, region, frame, &mut stats);
+                        self.raster(scene, threads, Part { region, only: None }, frame, &mut stats);
                     }
                 }
             },
@@ -107,12 +130,35 @@ impl Renderer {
         stats
     }
 
-    /// Draws `region` of the frame, tile by tile.
+    /// Rasterizes those blocks of a region again that are `true`, row by row, over
+    /// what is in `frame`. Blocks are as large as the tiles of `settings` and lie on the grid of the
+    /// whole picture.
+    pub(crate) fn blocks(
+        &mut self,
+        prepared: &Prepared,
+        view: &View,
+        settings: &Settings,
+        part: (Region, &[bool]),
+        frame: &mut Frame,
+    ) -> FrameStats {
+        let start = Instant::now();
+        let threads = thread_count(settings.threads);
+        let (region, only) = part;
+        let mut stats = FrameStats::default();
+        cull(prepared, view, settings, &mut self.planes, &mut stats);
+        stats.stages.cull = start.elapsed();
+        let part = Part { region, only: Some(only) };
+        let scene = Drawn { prepared, view, settings, per_side: 1 };
+        self.raster(scene, threads, part, frame, &mut stats);
+        stats
+    }
+
+    /// Draws a part of the picture into `frame`, tile by tile.
     fn raster(
         &mut self,
         Drawn { prepared, view, settings, per_side }: Drawn<'_>,
         threads: usize,
-        region: Region,
+        Part { region, only }: Part<'_>,
         frame: &mut Frame,
         stats: &mut FrameStats,
     ) {
@@ -149,7 +195,7 @@ impl Renderer {
         };
         let first_rows = (side - region.y % side) / per_side;
         for_each_with(scratches, frame.bands(first_rows, side / per_side), |scratch, band| {
-            row_of_tiles(&drawer, region, scratch, band);
+            row_of_tiles(&drawer, Part { region, only }, scratch, band);
         });
         self.clusters.count(prepared);
         stats.clusters = self.clusters.counters;
@@ -175,17 +221,18 @@ impl Renderer {
         stats.stages.shade += wall - raster;
     }
 
-    fn scratch_bytes(&self) -> u64 {
+    pub(crate) fn scratch_bytes(&self) -> u64 {
         let threads: usize = self.threads.iter().map(TileScratch::bytes).sum();
         let lists = self.clusters.bytes() + self.bins.bytes();
-        (size_of_val(&self.planes[..]) + lists + threads) as u64
+        let pictures = self.accumulation.bytes() + self.half.bytes();
+        (size_of_val(&self.planes[..]) + lists + threads + pictures) as u64
     }
 }
 
 /// Draws and shades the tiles of a row.
 fn row_of_tiles(
     drawer: &TileDrawer<'_>,
-    region: Region,
+    Part { region, only }: Part<'_>,
     scratch: &mut TileScratch,
     mut band: Band<'_>,
 ) {
@@ -196,6 +243,9 @@ fn row_of_tiles(
     let row = y / side - first[1];
     let mut shader = TileShader::new(drawer.scene, shade);
     for column in 0..size[0] {
+        if only.is_some_and(|only| !only[(row * size[0] + column) as usize]) {
+            continue;
+        }
         let left = (first[0] + column) * side;
         let x = left.max(region.x);
         let width = (left + side).min(region.x + region.width) - x;
@@ -234,7 +284,7 @@ fn row_of_tiles(
 }
 
 /// The part of the picture to draw, cut to the picture.
-fn visible_region(view: &View, settings: &Settings) -> Region {
+pub(crate) fn visible_region(view: &View, settings: &Settings) -> Region {
     let (width, height) = (view.viewport().width(), view.viewport().height());
     let all = Region { x: 0, y: 0, width, height };
     let Some(region) = settings.region else { return all };

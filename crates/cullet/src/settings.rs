@@ -5,7 +5,7 @@ use cullet_shade::{Filter, Light, PointLight, Shading};
 use cullet_transform::View;
 use glam::Vec4;
 
-use crate::{Passes, Region};
+use crate::{Passes, Region, Resolution};
 use cullet_cull::{Test as CullTest, wide::Level};
 
 /// The knobs of a frame. `cull`, `hierarchy`, `simd` and `threads` change only how
@@ -36,6 +36,12 @@ pub struct Settings {
     /// What is kept of a sample's depth: how far apart things must be to be told apart. Only the
     /// default has the fast code.
     pub depth_format: DepthKind,
+    /// Pictures that a frame is the mean of, each shifted by a part of a pixel; 0 and 1 mean one. `n`
+    /// of them take `n` times as long and smooth everything, not edges alone. See
+    /// [`sample_place`](crate::sample_place).
+    pub accumulate: u32,
+    /// How many pixels are coloured.
+    pub resolution: Resolution,
     /// The test that throws out objects before any vertex work. Never changes a pixel.
     pub cull: CullTest,
     /// Ask the tree over all objects first, where it serves the test (`PVertex`, `Both`, `Sat`).
@@ -65,8 +71,19 @@ pub struct Settings {
     pub region: Option<Region>,
 }
 
-impl Default for Settings {
-    fn default() -> Self {
+impl Settings {
+    /// For looking around: one sample per pixel.
+    pub fn fast() -> Settings {
+        Settings { antialias: Antialias::None, ..Settings::balanced() }
+    }
+
+    /// For photographs: the mean of sixteen frames of one sample per pixel.
+    pub fn reference() -> Settings {
+        Settings { antialias: Antialias::None, accumulate: 16, ..Settings::balanced() }
+    }
+
+    /// The default: smooth edges and textures at twice the time of a fast frame.
+    pub fn balanced() -> Settings {
         Settings {
             shading: Shading::Lambert,
             passes: Passes::COLOR,
@@ -79,6 +96,8 @@ impl Default for Settings {
             transforms: Transforms::default(),
             subpixel_bits: SubpixelBits::default(),
             depth_format: DepthKind::default(),
+            accumulate: 1,
+            resolution: Resolution::Full,
             cull: CullTest::Both,
             hierarchy: true,
             occlusion: true,
@@ -97,6 +116,12 @@ impl Settings {
     pub(crate) fn precision(&self) -> Precision {
         let Settings { transforms, subpixel_bits, depth_format, .. } = *self;
         Precision { transforms, subpixel_bits, depth: depth_format }
+    }
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings::balanced()
     }
 }
 

@@ -49,6 +49,19 @@ pub struct Stages {
     pub resolve: Duration,
 }
 
+impl Stages {
+    /// One after the other.
+    pub(crate) fn plus(&self, later: &Stages) -> Stages {
+        Stages {
+            cull: self.cull + later.cull,
+            geometry: self.geometry + later.geometry,
+            raster: self.raster + later.raster,
+            shade: self.shade + later.shade,
+            resolve: self.resolve + later.resolve,
+        }
+    }
+}
+
 /// What became of the objects.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ObjectCounters {

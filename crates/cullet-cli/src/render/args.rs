@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use cullet::{
     Antialias, CullTest, DepthKind, Filter, Level, Light, PointLight, Region, RendererKind,
-    Shading, ShadingRate, SubpixelBits, Transforms,
+    Resolution, Settings, Shading, ShadingRate, SubpixelBits, Transforms,
 };
 use glam::{DVec3, Vec3, Vec4};
 
@@ -54,14 +54,19 @@ pub struct RenderArgs {
     #[arg(long, value_name = "X,Y,Z,R,G,B,RADIUS", value_parser = point_light)]
     #[arg(allow_hyphen_values = true)]
     pub point_light: Option<PointLight>,
+    /// How well to draw: what the options that trade accuracy for speed are where they are not given
+    /// (aa, accumulate, resolution). `cullet tradeoff` measures what each gains and costs
+    #[arg(long, value_enum, default_value = "balanced")]
+    pub quality: Quality,
     /// How textures are filtered
     #[arg(long, value_enum, default_value = "trilinear")]
     pub texture: TextureFilter,
     /// How edges are smoothed: so many samples of each pixel find out what is visible, and each triangle
     /// seen there is shaded once (msaa), or every sample is shaded (ssaa: four or sixteen times the work).
-    /// Data passes and the ray caster take one sample at the centre
-    #[arg(long, value_enum, default_value = "msaa4")]
-    pub aa: Antialiasing,
+    /// Data passes and the ray caster take one sample at the centre [default: msaa4; none with --quality
+    /// fast or reference and with --accumulate]
+    #[arg(long, value_enum)]
+    pub aa: Option<Antialiasing>,
     /// Pixels of a triangle, along a side, that share a colour; edges stay where they are. The ray caster
     /// shades each pixel
     #[arg(long, value_enum, default_value = "1")]
@@ -78,6 +83,14 @@ pub struct RenderArgs {
     /// has the figures). Only f32 has the fast code
     #[arg(long, value_enum, default_value = "f32")]
     pub depth_format: DepthName,
+    /// Draw colours as the mean of so many frames, each shifted by a part of a pixel: smooths textures,
+    /// masks and edges alike, and takes as many times as long. Its frames take one sample per pixel
+    /// unless --aa says more [default: 1; 16 with --quality reference]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65536))]
+    pub accumulate: Option<u32>,
+    /// How many pixels are coloured; data passes and the ray caster take all [default: full]
+    #[arg(long, value_enum)]
+    pub resolution: Option<ResolutionName>,
     /// Kinds of picture; several put their name before the extension (x.png: x.color.png)
     #[arg(long, value_enum, value_delimiter = ',', default_value = "color")]
     pub passes: Vec<PassName>,
@@ -139,6 +152,50 @@ pub struct RenderArgs {
     pub max_pixels: u64,
 }
 
+/// `--quality`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Quality {
+    /// For looking around
+    Fast,
+    /// Smooth edges and textures
+    Balanced,
+    /// For photographs
+    Reference,
+}
+
+impl Quality {
+    /// What it means.
+    pub fn settings(self) -> Settings {
+        match self {
+            Quality::Fast => Settings::fast(),
+            Quality::Balanced => Settings::balanced(),
+            Quality::Reference => Settings::reference(),
+        }
+    }
+}
+
+/// `--resolution`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ResolutionName {
+    /// Each
+    Full,
+    /// One of four; the others are blended from those around them
+    Half,
+    /// One of four, and each where those differ
+    Adaptive,
+}
+
+impl ResolutionName {
+    /// What it means.
+    pub fn setting(self) -> Resolution {
+        match self {
+            ResolutionName::Full => Resolution::Full,
+            ResolutionName::Half => Resolution::Half,
+            ResolutionName::Adaptive => Resolution::Adaptive,
+        }
+    }
+}
+
 /// `--shading`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum ShadingName {
@@ -157,6 +214,17 @@ pub enum TextureFilter {
     Bilinear,
     /// Four texels in each of two levels
     Trilinear,
+}
+
+impl TextureFilter {
+    /// What it means.
+    pub fn setting(self) -> Filter {
+        match self {
+            TextureFilter::Nearest => Filter::Nearest,
+            TextureFilter::Bilinear => Filter::Bilinear,
+            TextureFilter::Trilinear => Filter::Trilinear,
+        }
+    }
 }
 
 /// `--aa`.
@@ -224,6 +292,20 @@ pub enum DepthName {
     U24,
     /// 16-bit integer, 0 at the near plane
     U16,
+}
+
+impl Antialiasing {
+    /// What it means.
+    pub fn setting(self) -> Antialias {
+        match self {
+            Antialiasing::None => Antialias::None,
+            Antialiasing::Msaa2 => Antialias::Msaa2,
+            Antialiasing::Msaa4 => Antialias::Msaa4,
+            Antialiasing::Msaa8 => Antialias::Msaa8,
+            Antialiasing::Ssaa4 => Antialias::Ssaa4,
+            Antialiasing::Ssaa16 => Antialias::Ssaa16,
+        }
+    }
 }
 
 /// `--cull`.
@@ -323,8 +405,12 @@ pub fn tile_size(text: &str) -> Result<u32, String> {
 
 impl RenderArgs {
     /// The settings these options mean, with the passes still to be chosen.
-    pub fn settings(&self) -> Result<cullet::Settings, Failure> {
-        Ok(cullet::Settings {
+    pub fn settings(&self) -> Result<Settings, Failure> {
+        let preset = self.quality.settings();
+        // Frames that become one picture need no smoothing of their own.
+        let accumulates = self.accumulate.is_some_and(|n| n > 1);
+        let antialias = if accumulates { Antialias::None } else { preset.antialias };
+        Ok(Settings {
             shading: match self.shading {
                 ShadingName::Lambert => Shading::Lambert,
                 ShadingName::Unlit => Shading::Unlit,
@@ -333,11 +419,7 @@ impl RenderArgs {
             background: self.background,
             light: Light::new(self.sun, self.ambient)?,
             point_light: self.point_light,
-            filter: match self.texture {
-                TextureFilter::Nearest => Filter::Nearest,
-                TextureFilter::Bilinear => Filter::Bilinear,
-                TextureFilter::Trilinear => Filter::Trilinear,
-            },
+            filter: self.texture.setting(),
             cull: match self.cull {
                 CullName::None => CullTest::None,
                 CullName::Corners => CullTest::Corners,
@@ -346,14 +428,9 @@ impl RenderArgs {
                 CullName::Both => CullTest::Both,
                 CullName::Sat => CullTest::Sat,
             },
-            antialias: match self.aa {
-                Antialiasing::None => Antialias::None,
-                Antialiasing::Msaa2 => Antialias::Msaa2,
-                Antialiasing::Msaa4 => Antialias::Msaa4,
-                Antialiasing::Msaa8 => Antialias::Msaa8,
-                Antialiasing::Ssaa4 => Antialias::Ssaa4,
-                Antialiasing::Ssaa16 => Antialias::Ssaa16,
-            },
+            antialias: self.aa.map_or(antialias, Antialiasing::setting),
+            accumulate: self.accumulate.unwrap_or(preset.accumulate),
+            resolution: self.resolution.map_or(preset.resolution, ResolutionName::setting),
             shading_rate: match self.shading_rate {
                 ShadingRateName::One => ShadingRate::One,
                 ShadingRateName::Two => ShadingRate::Two,

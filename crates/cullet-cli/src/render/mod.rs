@@ -14,8 +14,8 @@ use cpu_time::ProcessTime;
 use cullet::scene::Images;
 use cullet::transform::MAX_SIDE;
 use cullet::{
-    Camera, Frame, FrameStats, Pass, Passes, Prepared, Region, Renderer, Settings, View, Viewport,
-    legend,
+    Camera, Frame, FrameStats, Pass, Passes, Prepared, Region, Renderer, Resolution, Settings,
+    View, Viewport, legend,
 };
 use serde_json::{Value, json};
 
@@ -26,6 +26,7 @@ use crate::numbers::from_f32;
 use crate::output::{Outputs, Target, spare_inputs};
 use crate::picture_file::encode;
 use crate::stats::{self, Around, Frames, Report};
+use args::{Antialiasing, ResolutionName};
 use passes::{Bits, PassName, Picture};
 use pixels::{Spans, finite_range, pixels};
 
@@ -55,7 +56,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let (camera, viewport) = camera::choose(&args.camera, args.size, &prepared)?;
     let region = region(args, viewport)?;
     warnings.extend(check_numbers(&pictures, &prepared)?);
-    check_sizes(args, &pictures, region, viewport)?;
+    check_sizes(args, &settings, &pictures, region, viewport)?;
     check_supersampling(&settings, viewport)?;
     let view = View::new(&camera, viewport);
     let mut frame = Frame::default();
@@ -78,7 +79,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         outputs.write(pictures.len(), &legend_json(&prepared, &frame, region))?;
     }
     if args.stats.is_some() {
-        let settings = settings_json(args, &camera, viewport, region);
+        let settings = settings_json(args, &settings, &camera, viewport, region);
         let pyramids = prepared.pyramid_time();
         let around = Around { load, load_times, prepare, pyramids, encode };
         let report = Report::new(&frames, &around, &warnings, &left_out, settings);
@@ -147,6 +148,7 @@ fn check_numbers(pictures: &[Picture], prepared: &Prepared) -> Result<Option<Str
 /// Limits that depend on the size of the picture.
 fn check_sizes(
     args: &RenderArgs,
+    settings: &Settings,
     pictures: &[Picture],
     region: Region,
     viewport: Viewport,
@@ -163,7 +165,7 @@ fn check_sizes(
             "{n_pixels} pixels exceed the limit of {limit}; --max-pixels raises it, {remedy}"
         )));
     }
-    let n_bytes = n_pixels * bytes_per_pixel(pictures, args.legend.is_some());
+    let n_bytes = n_pixels * bytes_per_pixel(settings, pictures, args.legend.is_some());
     if !is_to_be_had(n_bytes) {
         let mebibytes = n_bytes >> 20;
         return Err(Failure::limit(format!(
@@ -197,9 +199,12 @@ fn check_supersampling(settings: &Settings, viewport: Viewport) -> Result<(), Fa
 }
 
 /// Memory that drawing and writing `pictures` takes, with room to spare.
-fn bytes_per_pixel(pictures: &[Picture], legend: bool) -> u64 {
+fn bytes_per_pixel(settings: &Settings, pictures: &[Picture], legend: bool) -> u64 {
     let visibility = 8;
     let legend_ids = if legend { 4 } else { 0 };
+    // A frame of floats and a sum in f64, a frame of a quarter of the pixels.
+    let sum = if settings.accumulate > 1 { 16 + 32 } else { 0 };
+    let half = if settings.resolution == Resolution::Full { 0 } else { 5 };
     let passes = pictures.iter().map(|picture| match picture.source() {
         Pass::Color | Pass::Depth | Pass::Id | Pass::Triangle => 4,
         Pass::Uv => 8,
@@ -212,7 +217,7 @@ fn bytes_per_pixel(pictures: &[Picture], legend: bool) -> u64 {
         Bits::U16 => 3 * 8,
         Bits::F32 => 3 * 16,
     });
-    visibility + legend_ids + passes.sum::<u64>() + encoding.max().unwrap_or(0)
+    visibility + legend_ids + sum + half + passes.sum::<u64>() + encoding.max().unwrap_or(0)
 }
 
 /// Whether the system would give that much memory at once. Asking first beats being aborted.
@@ -335,9 +340,19 @@ fn borders(Region { x, y, width, height }: Region) -> [u32; 4] {
 }
 
 /// Every option in effect.
-fn settings_json(args: &RenderArgs, camera: &Camera, viewport: Viewport, region: Region) -> Value {
+fn settings_json(
+    args: &RenderArgs,
+    settings: &Settings,
+    camera: &Camera,
+    viewport: Viewport,
+    region: Region,
+) -> Value {
     fn name(value: &impl ValueEnum) -> Option<String> {
         value.to_possible_value().map(|value| value.get_name().to_owned())
+    }
+    /// The one of an option's values that means a setting.
+    fn name_of<V: ValueEnum, S: PartialEq>(setting: S, of: impl Fn(V) -> S) -> Option<String> {
+        name(V::value_variants().iter().find(|value| of((*value).clone()) == setting)?)
     }
     let (width, height) = (viewport.width(), viewport.height());
     let limits = args.source.limits();
@@ -360,8 +375,11 @@ fn settings_json(args: &RenderArgs, camera: &Camera, viewport: Viewport, region:
                 false => json!("inf"),
             },
         })),
+        "quality": name(&args.quality),
         "texture": name(&args.texture),
-        "aa": name(&args.aa),
+        "aa": name_of(settings.antialias, Antialiasing::setting),
+        "accumulate": settings.accumulate,
+        "resolution": name_of(settings.resolution, ResolutionName::setting),
         "shading_rate": name(&args.shading_rate).and_then(|rate| rate.parse::<u32>().ok()),
         "transform": name(&args.transform),
         "subpixel_bits": name(&args.subpixel_bits).and_then(|bits| bits.parse::<u32>().ok()),

@@ -7,4 +7,5 @@ mod outputs;
 mod pictures;
 mod run;
 mod stats;
+mod tradeoff;
 mod verify;

@@ -30,6 +30,8 @@ pub(super) struct Sampler<'a> {
     coarsest: f32,
     wrap: [Wrap; 2],
     filter: Filter,
+    /// Levels.
+    finer_by: f32,
 }
 
 impl<'a> Sampler<'a> {
@@ -54,6 +56,7 @@ impl<'a> Sampler<'a> {
             coarsest: (mips.n_levels() - 1) as f32,
             wrap: texture.wrap,
             filter,
+            finer_by: filter.finer_by(),
         })
     }
 
@@ -75,12 +78,13 @@ impl<'a> Sampler<'a> {
     pub fn lod8<S: Simd>(&self, simd: S, longer2: f32x8<S>) -> f32x8<S> {
         let (zero, one) = (f32x8::splat(simd, 0.0), f32x8::splat(simd, 1.0));
         let coarsest = f32x8::splat(simd, self.coarsest);
-        let lod = log2_8(longer2) * 0.5;
+        let lod = log2_8(longer2) * 0.5 - self.finer_by;
         let lod = lod.simd_lt(coarsest).select(lod, coarsest);
+        let lod = lod.simd_gt(zero).select(lod, zero);
         let lod = longer2.simd_gt(one).select(lod, zero);
         // Not a number; infinities have passed, their logarithm is 128.
         let lod = longer2.simd_ge(zero).select(lod, coarsest);
-        if self.filter == Filter::Trilinear {
+        if self.filter != Filter::Bilinear {
             return lod;
         }
         // Halfway goes to the finer level.

@@ -1,0 +1,199 @@
+//! One scene: its reference, every configuration's picture and error, then all of them in turn against
+//! the clock. Errors are those of the very frames, programs and settings that are timed.
+
+use std::time::{Duration, Instant};
+
+use cpu_time::ThreadTime;
+use cullet::{Frame, FrameStats, Prepared, Renderer, Settings, View};
+use cullet_measure::{Comparison, MeasureError, Picture, Rounds, Summary};
+
+use super::knobs::{Configuration, configurations};
+use super::metrics::{Drawn, Errors, Metric, errors, picture};
+use super::plan::{Budget, FEWEST_ROUNDS, ROUNDS, affordable};
+use super::reference::Reference;
+use crate::exit::Failure;
+use crate::message::Progress;
+
+/// The share of a scene's time that its reference may take, and until when errors are measured.
+const REFERENCE_SHARE: f64 = 0.35;
+const ERRORS_UNTIL: f64 = 0.65;
+
+/// Configurations that are measured whatever the budget: the presets.
+const NEEDED: usize = 3;
+
+/// A configuration, measured.
+pub struct Measured {
+    /// What it is.
+    pub configuration: Configuration,
+    /// Seconds per frame.
+    pub time: Summary,
+    /// Seconds over those of the first, round by round.
+    pub ratio: Summary,
+    /// How wrong it is.
+    pub errors: Errors,
+    /// Its picture.
+    pub picture: Picture,
+}
+
+/// All of a scene.
+pub struct SceneMeasured {
+    /// The truth.
+    pub reference: Reference,
+    /// Most important first; the first is the default.
+    pub all: Vec<Measured>,
+    /// What did not fit into the budget, as `knob value`.
+    pub left_out: Vec<String>,
+    /// Rounds timed.
+    pub n_rounds: usize,
+}
+
+/// What a run says about where it is.
+pub struct Reporter<'a> {
+    /// The scene, and which of how many.
+    pub scene: String,
+    pub budget: &'a Budget,
+    pub line: &'a Option<Progress>,
+}
+
+impl Reporter<'_> {
+    /// Shows a step, where somebody looks.
+    pub fn say(&self, step: &str) {
+        if let Some(line) = self.line {
+            let left = self.budget.left().as_secs();
+            line.update(&format!("{}: {step}, at most {left} s left", self.scene));
+        }
+    }
+}
+
+/// A rival: settings with memory of their own.
+struct Rival {
+    settings: Settings,
+    renderer: Renderer,
+    frame: Frame,
+}
+
+impl Rival {
+    fn draw(&mut self, prepared: &Prepared, view: &View) -> FrameStats {
+        self.renderer.render(prepared, view, &self.settings, &mut self.frame)
+    }
+}
+
+/// The time a frame takes: of this thread where it is alone at work, or else of the wall.
+pub fn clock(threads: usize) -> Box<dyn FnMut() -> Duration> {
+    let start = Instant::now();
+    match ThreadTime::try_now() {
+        Ok(_) if threads == 1 => Box::new(|| ThreadTime::now().as_duration()),
+        _ => Box::new(move || start.elapsed()),
+    }
+}
+
+/// Measures one view until about `end`.
+pub fn scene(
+    prepared: &Prepared,
+    view: &View,
+    common: &dyn Fn(&mut Settings),
+    threads: usize,
+    end: Instant,
+    report: &Reporter<'_>,
+) -> Result<SceneMeasured, Failure> {
+    let begun = Instant::now();
+    let whole = end.saturating_duration_since(begun);
+    let mut configurations = configurations(common);
+    let base = configurations[0].settings;
+    let budget = whole.mul_f64(REFERENCE_SHARE);
+    let reference = Reference::find(prepared, view, &base, budget, &mut |step| report.say(step))?;
+
+    let mut left_out = Vec::new();
+    let mut now = clock(threads);
+    let mut rivals: Vec<(Configuration, Rival, f64)> = Vec::new();
+    let mut drawn = Vec::new();
+    for (i, configuration) in configurations.drain(..).enumerate() {
+        report.say(&format!("errors of {}", name(&configuration)));
+        if i >= NEEDED && begun.elapsed() > whole.mul_f64(ERRORS_UNTIL) {
+            left_out.extend(names(&configuration));
+            continue;
+        }
+        let settings = configuration.settings;
+        let (renderer, frame) = (Renderer::default(), Frame::default());
+        let mut rival = Rival { settings, renderer, frame };
+        let start = Instant::now();
+        let stats = rival.draw(prepared, view);
+        let seconds = start.elapsed().as_secs_f64();
+        let of_one = measure_errors(&configuration, &mut rival, prepared, view, &reference, &stats);
+        drawn.push(of_one.map_err(Failure::input)?);
+        rivals.push((configuration, rival, seconds));
+    }
+
+    let left = end.saturating_duration_since(Instant::now());
+    let costs: Vec<f64> = rivals.iter().map(|(.., seconds)| *seconds).collect();
+    let affordable = affordable(&costs, NEEDED, left.as_secs_f64());
+    let kept: Vec<_> = rivals.into_iter().zip(drawn).zip(&affordable).collect();
+    let mut measured = Vec::new();
+    for (((configuration, rival, _), of_one), kept) in kept {
+        match kept {
+            true => measured.push((configuration, rival, of_one)),
+            false => left_out.extend(names(&configuration)),
+        }
+    }
+
+    report.say("rounds");
+    let mut calls: Vec<_> =
+        measured.iter_mut().map(|(_, rival, _)| || _ = rival.draw(prepared, view)).collect();
+    let mut n = 0;
+    let mut tell = || {
+        report.say(&format!("round {n}"));
+        n += 1;
+    };
+    let mut turns: Vec<&mut dyn FnMut()> = vec![&mut tell];
+    turns.extend(calls.iter_mut().map(|call| call as &mut dyn FnMut()));
+    let rounds = Rounds {
+        warm_up: 0, // each has drawn its frame for the errors
+        at_least: FEWEST_ROUNDS,
+        at_most: 7 * ROUNDS,
+        budget: end.saturating_duration_since(Instant::now()),
+    };
+    let seconds = rounds.time_on(&mut *now, &mut turns);
+    drop(turns);
+    drop(calls);
+
+    let base = &seconds[1];
+    let all = measured.into_iter().zip(&seconds[1..]).map(|((configuration, _, of_one), own)| {
+        let Comparison { b: time, ratios: ratio, .. } =
+            Comparison::of(base, own).expect("at least one round");
+        let (errors, picture) = of_one;
+        Measured { configuration, time, ratio, errors, picture }
+    });
+    let (all, n_rounds) = (all.collect(), base.len());
+    Ok(SceneMeasured { reference, all, left_out, n_rounds })
+}
+
+/// The errors of the picture in `rival`, and the picture.
+fn measure_errors(
+    configuration: &Configuration,
+    rival: &mut Rival,
+    prepared: &Prepared,
+    view: &View,
+    reference: &Reference,
+    stats: &FrameStats,
+) -> Result<(Errors, Picture), MeasureError> {
+    let picture = picture(&rival.frame)?;
+    let settings = &rival.settings;
+    let n_kept = stats.objects.n_drawn;
+    let drawn = Drawn { prepared, view, settings, picture: &picture, n_kept };
+    let mut metrics: Vec<Metric> =
+        configuration.uses.iter().flat_map(|(.., metrics)| *metrics).copied().collect();
+    metrics.sort_unstable();
+    metrics.dedup();
+    let errors = errors(&drawn, &mut rival.renderer, reference, &metrics)?;
+    Ok((errors, picture))
+}
+
+/// The values of knobs that a configuration is.
+fn names(configuration: &Configuration) -> impl Iterator<Item = String> {
+    configuration.uses.iter().map(|(knob, value, _)| format!("{knob} {value}"))
+}
+
+/// The first of them.
+pub fn name(configuration: &Configuration) -> String {
+    names(configuration).next().unwrap_or_default()
+}

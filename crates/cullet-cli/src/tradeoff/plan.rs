@@ -1,0 +1,84 @@
+//! What fits: wall time shared out among scenes, and among the steps of each.
+
+use std::time::{Duration, Instant};
+
+/// The share of the budget that is planned with; the rest is for what takes longer than measured.
+const PLANNED: f64 = 0.85;
+
+/// Rounds that the figures should come from.
+pub const ROUNDS: usize = 15;
+
+/// Rounds that they come from where even that does not fit.
+pub const FEWEST_ROUNDS: usize = 3;
+
+/// The share of the time for rounds that they are planned to take.
+const MARGIN: f64 = 0.85;
+
+/// Wall time for the whole run.
+#[derive(Clone, Copy, Debug)]
+pub struct Budget {
+    start: Instant,
+    total: Duration,
+}
+
+impl Budget {
+    /// Begins now.
+    pub fn new(total: Duration) -> Budget {
+        Budget { start: Instant::now(), total }
+    }
+
+    /// Time gone.
+    pub fn elapsed(&self) -> Duration {
+        self.start.elapsed()
+    }
+
+    /// When the first of `n` scenes that are left should be done.
+    pub fn end_of_scene(&self, n: usize) -> Instant {
+        let left = self.total.mul_f64(PLANNED).saturating_sub(self.elapsed());
+        Instant::now() + left / n.max(1) as u32
+    }
+
+    /// What is left of all of it.
+    pub fn left(&self) -> Duration {
+        self.total.saturating_sub(self.elapsed())
+    }
+}
+
+/// Which of rivals of these costs per round (seconds), most important first, are timed: those that
+/// fit into `seconds` with [`ROUNDS`] rounds. The first `needed` always are.
+pub fn affordable(costs: &[f64], needed: usize, seconds: f64) -> Vec<bool> {
+    let per_round = MARGIN * seconds / ROUNDS as f64;
+    let mut sum: f64 = costs.iter().take(needed).sum();
+    let mut kept = vec![true; costs.len()];
+    for (kept, cost) in kept.iter_mut().zip(costs).skip(needed) {
+        *kept = sum + cost <= per_round;
+        sum += if *kept { *cost } else { 0.0 };
+    }
+    kept
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_fits_stays_in_order_of_importance() {
+        let seconds = |per_round: f64| per_round * ROUNDS as f64 / MARGIN + 1e-9;
+        let kept = |per_round| affordable(&[1.0, 2.0, 4.0, 1.0], 2, seconds(per_round));
+        assert_eq!(kept(8.0), [true, true, true, true]);
+        // The dear one goes, the cheap one after it stays.
+        assert_eq!(kept(4.0), [true, true, false, true]);
+        assert_eq!(kept(3.0), [true, true, false, false]);
+        assert_eq!(kept(0.0), [true, true, false, false]);
+    }
+
+    #[test]
+    fn scenes_share_what_is_left() {
+        let budget = Budget::new(Duration::from_secs(100));
+        let share = budget.end_of_scene(4) - Instant::now();
+        assert!(share > Duration::from_secs(22) && share <= Duration::from_secs(23));
+        assert!(budget.left() > Duration::from_secs(99));
+        let spent = Budget::new(Duration::ZERO);
+        assert!(spent.end_of_scene(1) <= Instant::now());
+    }
+}

@@ -1,0 +1,156 @@
+//! What is true: pictures and counts that no knob touches.
+//!
+//! * The picture: 256 samples per pixel, on a grid of 4 x 4 in each of 16 shifted frames of four
+//!   times the size, summed in f64. Textures are looked at through sixteenths of pixels, so
+//!   the mean is that of the finest levels. Cast by the f64 ray caster
+//!   where the budget allows that; else drawn by the rasterizer with every short cut off, and one
+//!   sample per pixel compared with the ray caster's.
+//! * The triangles: cast in f64 against the true geometry, not snapped, one ray per pixel.
+//! * The visible objects: by the exact test, box by box.
+
+use std::time::{Duration, Instant};
+
+use cullet::cull::{Frustum, Sat, Verdict};
+use cullet::{
+    Accumulation, Antialias, CullTest, Filter, Frame, Pass, Passes, Prepared, Renderer,
+    RendererKind, Resolution, Settings, View, sample_place,
+};
+use cullet_measure::Picture;
+use glam::Vec4;
+
+use crate::exit::Failure;
+
+/// Frames that the picture is the mean of.
+const FRAMES: u32 = 16;
+
+/// How much larger than the picture each frame is.
+const FINER: u32 = 4;
+
+/// The truth about one view of one scene.
+pub struct Reference {
+    /// The picture.
+    pub picture: Picture,
+    /// Who drew it and how finely.
+    pub how: String,
+    /// Triangle number + 1 by pixel, 0 where nothing is.
+    pub triangles: Vec<u32>,
+    /// Objects that are in the view.
+    pub n_visible: u64,
+}
+
+impl Reference {
+    /// Finds it, within about `budget` of wall time. `settings` say what is shown: background,
+    /// light, shading.
+    pub fn find(
+        prepared: &Prepared,
+        view: &View,
+        settings: &Settings,
+        budget: Duration,
+        progress: &mut dyn FnMut(&str),
+    ) -> Result<Reference, Failure> {
+        progress("casting rays");
+        let truth = Settings { threads: 0, ..*settings };
+        let begun = Instant::now();
+        let exact = Settings {
+            renderer: RendererKind::Raycast { snapped: false },
+            passes: Passes::COLOR.with(Pass::Triangle),
+            ..truth
+        };
+        let mut cast = Frame::default();
+        Renderer::default().render(prepared, view, &exact, &mut cast);
+        let by_rays = begun.elapsed() * FRAMES * FINER * FINER;
+
+        let linear = Passes::NONE.with(Pass::Linear);
+        let filter = Filter::Oversampled(FRAMES.ilog2() as u8);
+        let plain = Settings {
+            passes: linear,
+            filter,
+            antialias: Antialias::None,
+            accumulate: 1,
+            resolution: Resolution::Full,
+            cull: CullTest::None,
+            hierarchy: false,
+            occlusion: false,
+            ..truth
+        };
+        let rays_fit = begun.elapsed() + by_rays < budget;
+        let one = if rays_fit { Settings { passes: linear, filter, ..exact } } else { plain };
+        let finer = view
+            .enlarged(FINER)
+            .ok_or_else(|| Failure::limit("pictures four times the size would be too large"))?;
+        let (mut renderer, mut frame) = (Renderer::default(), Frame::default());
+        let mut sum = Accumulation::default();
+        for i in 0..FRAMES {
+            // In an order that spreads the first few over the pixel, should there be no time for all.
+            let place = i.reverse_bits() >> (u32::BITS - FRAMES.ilog2());
+            progress(&format!("reference {} of {FRAMES}", i + 1));
+            let [x, y] = sample_place(place, FRAMES);
+            renderer.render(prepared, &finer.shifted(x - 0.5, y - 0.5), &one, &mut frame);
+            sum.add(&shrunk(&frame, FINER as usize), 0);
+            if begun.elapsed() > budget {
+                break;
+            }
+        }
+        let viewport = view.viewport();
+        let (width, height) = (viewport.width() as usize, viewport.height() as usize);
+        let colors: Vec<[f32; 3]> =
+            (0..width * height).map(|i| sum.mean(i).truncate().to_array()).collect();
+        let picture = Picture::from_linear(width, height, &colors).map_err(Failure::input)?;
+
+        let samples = sum.n_pictures() * FINER * FINER;
+        let how = if rays_fit {
+            format!("{samples} samples per pixel by the f64 ray caster")
+        } else {
+            let same = same_as_rays(prepared, view, &plain, &cast);
+            format!(
+                "{samples} samples per pixel by the rasterizer, one triangle and one shading per \
+                 sample, no short cuts; {same}"
+            )
+        };
+        Ok(Reference {
+            picture,
+            how,
+            triangles: cast.triangle,
+            n_visible: n_visible(prepared, view),
+        })
+    }
+}
+
+/// How far the rasterizer agrees with the ray caster, one sample per pixel.
+fn same_as_rays(prepared: &Prepared, view: &View, plain: &Settings, cast: &Frame) -> String {
+    // The ray caster's one sample was filtered as frames of one sample are.
+    let settings = Settings { passes: Passes::COLOR, filter: Filter::Trilinear, ..*plain };
+    let mut frame = Frame::default();
+    Renderer::default().render(prepared, view, &settings, &mut frame);
+    let differs = |(a, b): &(&[u8; 4], &[u8; 4])| a.iter().zip(*b).any(|(a, b)| a.abs_diff(*b) > 1);
+    let n = frame.rgba8.iter().zip(&cast.rgba8).filter(differs).count();
+    format!(
+        "at one sample {n} of {} pixels differ from the f64 ray caster's by over 1/255",
+        frame.len()
+    )
+}
+
+/// Objects that the exact test keeps.
+fn n_visible(prepared: &Prepared, view: &View) -> u64 {
+    let frustum = Frustum::from_camera(view.camera(), view.viewport().aspect());
+    let sat = Sat::new(&frustum.relative_to_eye());
+    let boxes = prepared.items().iter().filter(|item| !item.bounds.is_empty());
+    let visible = boxes.filter(|item| Verdict::on(&item.bounds_from_eye(view), &sat).visible());
+    visible.count() as u64
+}
+
+/// Means of `n` x `n` pixels.
+fn shrunk(frame: &Frame, n: usize) -> Vec<Vec4> {
+    let stride = frame.width as usize;
+    let (width, height) = (stride / n, frame.height as usize / n);
+    let share = 1.0 / (n * n) as f32;
+    let mut out = Vec::with_capacity(width * height);
+    for y in 0..height {
+        for x in 0..width {
+            let rows = (y * n..(y + 1) * n).map(|row| row * stride + x * n);
+            let sum: Vec4 = rows.flat_map(|at| &frame.linear[at..at + n]).sum();
+            out.push(sum * share);
+        }
+    }
+    out
+}

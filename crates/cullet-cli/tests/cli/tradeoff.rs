@@ -1,0 +1,174 @@
+//! `cullet tradeoff`: the table, its fronts, and what it says about itself; and the presets.
+
+use std::collections::BTreeSet;
+
+use serde_json::Value;
+
+use crate::run::Folder;
+
+/// Two small scenes within a short budget, once for all checks of one test.
+fn measured() -> Folder {
+    let folder = Folder::new();
+    let ran =
+        folder.ok("tradeoff synth:sphere:8 synth:box-grid:2 --size 40x32 --budget 12 --out report");
+    let fronts = String::from_utf8(ran.stdout).unwrap();
+    assert!(fronts.starts_with("scene") && fronts.contains("quality fast"), "{fronts}");
+    assert!(ran.stderr.lines().all(|line| line.starts_with("cullet: ")), "{}", ran.stderr);
+    folder
+}
+
+/// A line of the table.
+struct Row {
+    scene: String,
+    knob: String,
+    value: String,
+    time_ms: f64,
+    spread: f64,
+    metric: String,
+    error: f64,
+    pareto: bool,
+}
+
+fn rows(csv: &[u8]) -> Vec<Row> {
+    let text = std::str::from_utf8(csv).unwrap();
+    let mut lines = text.lines();
+    let heading = "scene,knob,value,time_ms,time_ratio,spread,metric,error,pareto";
+    assert_eq!(lines.next(), Some(heading));
+    let row = |line: &str| {
+        let cells: Vec<&str> = line.split(',').collect();
+        assert_eq!(cells.len(), 9, "{line}");
+        let number = |i: usize| {
+            let number: f64 = cells[i].parse().unwrap();
+            assert!(number >= 0.0 && number.is_finite(), "{line}");
+            number
+        };
+        number(4);
+        Row {
+            scene: cells[0].into(),
+            knob: cells[1].into(),
+            value: cells[2].into(),
+            time_ms: number(3),
+            spread: number(5),
+            metric: cells[6].into(),
+            error: number(7),
+            pareto: cells[8].parse().unwrap(),
+        }
+    };
+    lines.map(row).collect()
+}
+
+#[test]
+fn the_table_is_as_promised_and_its_fronts_are_fronts() {
+    let folder = measured();
+    let rows = rows(&folder.read("report/tradeoff.csv"));
+    let keys: BTreeSet<_> =
+        rows.iter().map(|row| (&row.scene, &row.knob, &row.value, &row.metric)).collect();
+    assert_eq!(keys.len(), rows.len(), "no row twice");
+    for scene in ["synth:sphere:8", "synth:box-grid:2"] {
+        for preset in ["fast", "balanced", "reference"] {
+            let is_it = |row: &&Row| row.scene == scene && row.value == preset;
+            assert!(rows.iter().filter(is_it).count() >= 2, "{scene} {preset}");
+        }
+    }
+    for row in &rows {
+        let panel = || rows.iter().filter(|r| r.scene == row.scene && r.metric == row.metric);
+        let beats = |other: &&Row| {
+            other.time_ms <= row.time_ms
+                && other.error <= row.error
+                && (other.time_ms < row.time_ms || other.error < row.error)
+        };
+        let by: Vec<&Row> = panel().filter(beats).collect();
+        let fastest = by.iter().map(|other| other.time_ms).fold(row.time_ms, f64::min);
+        // By no more than the spread in time, and by next to nothing in error.
+        let tied = 1.0 - fastest / row.time_ms <= row.spread
+            && by.iter().all(|other| other.error >= 0.99 * row.error);
+        assert_eq!(row.pareto, by.is_empty() || tied, "{} {} {}", row.knob, row.value, row.metric);
+    }
+    let errors = |knob: &str, metric: &str| -> Vec<f64> {
+        let own = rows.iter().filter(|row| row.knob == knob && row.metric == metric);
+        own.map(|row| row.error).collect()
+    };
+    assert!(errors("quality", "flip").iter().any(|error| *error > 0.0));
+    assert!(errors("sincos", "max_abs").len() >= 3);
+}
+
+#[test]
+fn the_report_says_what_it_was_measured_on() {
+    let folder = measured();
+    let json = folder.json("report/tradeoff.json");
+    assert_eq!(json["schema"], 1);
+    for key in ["version", "machine", "settings", "scenes", "rows", "findings"] {
+        assert!(!json[key].is_null(), "{key}");
+    }
+    assert_eq!(json["settings"]["size"], serde_json::json!([40, 32]));
+    let n_rows = rows(&folder.read("report/tradeoff.csv")).len();
+    assert_eq!(json["rows"].as_array().unwrap().len(), n_rows);
+    let says = |of: &Value| of["text"].as_str().unwrap().contains("aa none takes");
+    assert!(json["findings"].as_array().unwrap().iter().any(says));
+    let scene = &json["scenes"][0];
+    assert!(scene["rounds"].as_u64().unwrap() >= 3);
+    assert!(scene["reference"].as_str().unwrap().contains("samples per pixel"));
+
+    let html = String::from_utf8(folder.read("report/tradeoff.html")).unwrap();
+    assert!(html.contains("<svg") && html.contains("data:image/jpeg;base64,"));
+    let outside = ["<script", "src='http", "href=", "@import", "url("];
+    assert!(outside.iter().all(|word| !html.contains(word)));
+    let svg = String::from_utf8(folder.read("report/tradeoff.svg")).unwrap();
+    assert!(svg.starts_with("<svg") && svg.ends_with("</svg>\n"));
+    assert!(!svg.contains("NaN"));
+    assert_eq!(folder.names(), ["report"]);
+}
+
+#[test]
+fn errors_do_not_depend_on_the_run() {
+    let errors = |folder: &Folder| -> Vec<(String, String, String, String, u64)> {
+        let rows = rows(&folder.read("report/tradeoff.csv")).into_iter();
+        let key = |r: Row| (r.scene, r.knob, r.value, r.metric, r.error.to_bits());
+        rows.map(key).collect()
+    };
+    let (a, b) = (errors(&measured()), errors(&measured()));
+    // Whichever rows a busy machine had no time for.
+    let (a, b): (BTreeSet<_>, BTreeSet<_>) = (a.into_iter().collect(), b.into_iter().collect());
+    let keys = |set: &BTreeSet<(String, String, String, String, u64)>| -> BTreeSet<_> {
+        set.iter().map(|r| (r.0.clone(), r.1.clone(), r.2.clone(), r.3.clone())).collect()
+    };
+    let common = keys(&a).intersection(&keys(&b)).count();
+    assert_eq!(a.intersection(&b).count(), common);
+}
+
+#[test]
+fn wrong_usage_and_inputs_leave_nothing() {
+    let folder = Folder::new();
+    folder.fails(2, "required", "tradeoff");
+    folder.fails(2, "seconds above 0", "tradeoff synth:sphere:8 --budget 0");
+    folder.fails(3, "none.glb", "tradeoff none.glb --size 8x8 --budget 1");
+    folder.fails(
+        2,
+        "there is no camera",
+        "tradeoff synth:sphere:8 --camera 7 --size 8x8 --budget 1",
+    );
+    assert_eq!(folder.names(), [""; 0]);
+}
+
+#[test]
+fn presets_are_sets_of_options_and_explicit_options_beat_them() {
+    let folder = Folder::new();
+    let render = |options: &str| {
+        let line = format!("render synth:knots --size 64x48 -o x.png --stats x.json {options}");
+        folder.ok(&line);
+        (folder.read("x.png"), folder.json("x.json")["settings"].clone())
+    };
+    let [plain, balanced, fast, reference] =
+        ["", "--quality balanced", "--quality fast", "--quality reference"].map(render);
+    assert_eq!(plain.0, balanced.0);
+    assert_eq!(fast.0, render("--aa none").0);
+    assert_eq!(reference.0, render("--accumulate 16").0);
+    assert!(fast.0 != plain.0 && reference.0 != plain.0);
+    assert_eq!((&fast.1["aa"], &fast.1["quality"]), (&"none".into(), &"fast".into()));
+    let smooth = render("--quality fast --aa msaa4");
+    assert_eq!(smooth.0, plain.0);
+    let [half, adaptive] = ["half", "adaptive"].map(|name| render(&format!("--resolution {name}")));
+    assert!(half.0 != plain.0 && adaptive.0 != half.0);
+    assert_eq!(adaptive.1["resolution"], "adaptive");
+    folder.fails(2, "--accumulate", "render synth:knots -o x.png --accumulate 0");
+}
