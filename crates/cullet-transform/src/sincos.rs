@@ -143,7 +143,7 @@ mod tests {
 
     fn ways() -> Vec<SinCos> {
         let tables = [4, 64, 256, 4096].map(|n| SinCos::Table(SinCosTable::new(n)));
-        vec![vec![SinCos::Libm, SinCos::Polynomial], tables.to_vec()].concat()
+        [vec![SinCos::Libm, SinCos::Polynomial], tables.to_vec()].concat()
     }
 
     #[track_caller]

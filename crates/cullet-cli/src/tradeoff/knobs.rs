@@ -4,7 +4,10 @@
 //! settings; the rest follows from this list. Knobs and values stand in order of importance: where
 //! the budget is short, the last are left out first.
 
-use cullet::{Antialias, CullTest, Filter, Resolution, Settings, Shading};
+use cullet::{
+    Antialias, CullTest, DepthKind, Filter, Resolution, Settings, Shading, ShadingRate,
+    SubpixelBits, Transforms,
+};
 
 use super::metrics::Metric::{self, EdgeRmse, FalseVisible, Flip, IdPpm, Shimmer, SsimLoss};
 
@@ -43,6 +46,8 @@ pub const KNOBS: &[Knob] = &[
             ("msaa2", |s| s.antialias = Antialias::Msaa2),
             ("msaa4", |s| s.antialias = Antialias::Msaa4),
             ("msaa8", |s| s.antialias = Antialias::Msaa8),
+            ("ssaa4", |s| s.antialias = Antialias::Ssaa4),
+            ("ssaa16", |s| s.antialias = Antialias::Ssaa16),
         ],
     },
     Knob {
@@ -99,6 +104,42 @@ pub const KNOBS: &[Knob] = &[
             ("p-vertex-flat", |s| (s.cull, s.hierarchy) = (CullTest::PVertex, false)),
             ("both-flat", |s| s.hierarchy = false),
             ("sat-flat", |s| (s.cull, s.hierarchy) = (CullTest::Sat, false)),
+        ],
+    },
+    Knob {
+        name: "shading-rate",
+        metrics: &[Flip, SsimLoss],
+        values: &[
+            ("2", |s| s.shading_rate = ShadingRate::Two),
+            ("1", |s| s.shading_rate = ShadingRate::One),
+        ],
+    },
+    Knob {
+        name: "transform",
+        metrics: &[IdPpm],
+        values: &[
+            ("f32", |s| s.transforms = Transforms::F32),
+            ("f64", |s| s.transforms = Transforms::F64),
+        ],
+    },
+    Knob {
+        name: "subpixel-bits",
+        metrics: &[IdPpm],
+        values: &[
+            ("4", |s| s.subpixel_bits = SubpixelBits::Four),
+            ("8", |s| s.subpixel_bits = SubpixelBits::Eight),
+            ("12", |s| s.subpixel_bits = SubpixelBits::Twelve),
+            ("16", |s| s.subpixel_bits = SubpixelBits::Sixteen),
+        ],
+    },
+    Knob {
+        name: "depth-format",
+        metrics: &[IdPpm],
+        values: &[
+            ("u16", |s| s.depth_format = DepthKind::StandardU16),
+            ("u24", |s| s.depth_format = DepthKind::StandardU24),
+            ("f32-standard", |s| s.depth_format = DepthKind::StandardF32),
+            ("f32", |s| s.depth_format = DepthKind::ReversedF32),
         ],
     },
     Knob {
