@@ -256,14 +256,16 @@ mod tests {
     fn the_longer_axis_sets_the_level() {
         let texture = texture(16, 4, Wrap::Repeat, Wrap::Repeat);
         let (x, y) = (Vec2::X / 16.0, Vec2::Y / 4.0);
-        assert_eq!(lod(&texture, Vec2::ZERO, Vec2::ZERO), 0.0);
-        assert_eq!(lod(&texture, x, y), 0.0);
-        assert_eq!(lod(&texture, x * 2.0, y), 1.0);
-        assert_eq!(lod(&texture, x, y * 4.0), 2.0);
-        assert_eq!(lod(&texture, x * 1e6, y), 4.0);
+        assert_eq!(lod(&texture, Vec2::ZERO, Vec2::ZERO, Filter::Trilinear), 0.0);
+        assert_eq!(lod(&texture, x, y, Filter::Trilinear), 0.0);
+        assert_eq!(lod(&texture, x * 2.0, y, Filter::Trilinear), 1.0);
+        assert_eq!(lod(&texture, x, y * 4.0, Filter::Trilinear), 2.0);
+        assert_eq!(lod(&texture, x * 1e6, y, Filter::Trilinear), 4.0);
+        assert_eq!(lod(&texture, x, y * 4.0, Filter::Oversampled(3)), 0.5);
+        assert_eq!(lod(&texture, x, y * 4.0, Filter::Oversampled(9)), 0.0);
         for bad in [f32::NAN, f32::INFINITY, -f32::INFINITY, 1e30] {
-            assert_eq!(lod(&texture, x * bad, y), 4.0);
-            assert_eq!(lod(&texture, x, y * bad), 4.0);
+            assert_eq!(lod(&texture, x * bad, y, Filter::Trilinear), 4.0);
+            assert_eq!(lod(&texture, x, y * bad, Filter::Trilinear), 4.0);
         }
     }
 
@@ -309,7 +311,7 @@ mod tests {
             let [a, b, c, d] = derivatives.map(|d| d / (1 << scale) as f32);
             let (ddx, ddy) = (Vec2::new(a, b), Vec2::new(c, d));
             let (ddx64, ddy64) = (ddx.as_dvec2(), ddy.as_dvec2());
-            let lod = reference::lod(&texture, ddx64, ddy64);
+            let lod = reference::lod(&texture, ddx64, ddy64, Filter::Trilinear);
             let level_is_clear = (lod.fract() - 0.5).abs() > 1e-5;
             for filter in [Filter::Nearest, Filter::Bilinear, Filter::Trilinear] {
                 if filter == Filter::Trilinear || level_is_clear {

@@ -44,6 +44,11 @@ impl Budget {
     }
 }
 
+/// Seconds that [`ROUNDS`] rounds of rivals of these costs (seconds) are planned to take.
+pub fn time_for_rounds(costs: impl Iterator<Item = f64>) -> f64 {
+    costs.sum::<f64>() * ROUNDS as f64 / MARGIN
+}
+
 /// Which of rivals of these costs per round (seconds), most important first, are timed: those that
 /// fit into `seconds` with [`ROUNDS`] rounds. The first `needed` always are.
 pub fn affordable(costs: &[f64], needed: usize, seconds: f64) -> Vec<bool> {
