@@ -261,6 +261,8 @@ mod tests {
         assert_eq!(lod(&texture, x * 2.0, y, Filter::Trilinear), 1.0);
         assert_eq!(lod(&texture, x, y * 4.0, Filter::Trilinear), 2.0);
         assert_eq!(lod(&texture, x * 1e6, y, Filter::Trilinear), 4.0);
+        assert_eq!(lod(&texture, x, y * 4.0, Filter::Oversampled(3)), 0.5);
+        assert_eq!(lod(&texture, x, y * 4.0, Filter::Oversampled(9)), 0.0);
         for bad in [f32::NAN, f32::INFINITY, -f32::INFINITY, 1e30] {
             assert_eq!(lod(&texture, x * bad, y, Filter::Trilinear), 4.0);
             assert_eq!(lod(&texture, x, y * bad, Filter::Trilinear), 4.0);

@@ -137,13 +137,11 @@ impl SinCosTable {
 mod tests {
     use core::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
-    use alloc::vec;
-
     use super::*;
 
     fn ways() -> Vec<SinCos> {
         let tables = [4, 64, 256, 4096].map(|n| SinCos::Table(SinCosTable::new(n)));
-        [vec![SinCos::Libm, SinCos::Polynomial], tables.to_vec()].concat()
+        [SinCos::Libm, SinCos::Polynomial].into_iter().chain(tables).collect()
     }
 
     #[track_caller]

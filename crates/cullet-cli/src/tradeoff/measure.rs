@@ -9,14 +9,13 @@ use cullet_measure::{Comparison, MeasureError, Picture, Rounds, Summary};
 
 use super::knobs::{Configuration, configurations};
 use super::metrics::{Drawn, Errors, Metric, errors, picture};
-use super::plan::{Budget, FEWEST_ROUNDS, ROUNDS, affordable};
+use super::plan::{Budget, FEWEST_ROUNDS, ROUNDS, affordable, time_for_rounds};
 use super::reference::Reference;
 use crate::exit::Failure;
 use crate::message::Progress;
 
-/// The share of a scene's time that its reference may take, and until when errors are measured.
+/// The share of a scene's time that its reference may take.
 const REFERENCE_SHARE: f64 = 0.35;
-const ERRORS_UNTIL: f64 = 0.65;
 
 /// Configurations that are measured whatever the budget: the presets.
 const NEEDED: usize = 3;
@@ -109,7 +108,10 @@ pub fn scene(
     let mut drawn = Vec::new();
     for (i, configuration) in configurations.drain(..).enumerate() {
         report.say(&format!("errors of {}", name(&configuration)));
-        if i >= NEEDED && begun.elapsed() > whole.mul_f64(ERRORS_UNTIL) {
+        // What is left has to do for the rounds of those before.
+        let costs = rivals.iter().map(|(.., seconds)| *seconds);
+        let left = end.saturating_duration_since(Instant::now());
+        if i >= NEEDED && left.as_secs_f64() <= time_for_rounds(costs) {
             left_out.extend(names(&configuration));
             continue;
         }

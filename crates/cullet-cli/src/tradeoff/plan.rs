@@ -44,6 +44,11 @@ impl Budget {
     }
 }
 
+/// Seconds that [`ROUNDS`] rounds of rivals of these costs (seconds) are planned to take.
+pub fn time_for_rounds(costs: impl Iterator<Item = f64>) -> f64 {
+    costs.sum::<f64>() * ROUNDS as f64 / MARGIN
+}
+
 /// Which of rivals of these costs per round (seconds), most important first, are timed: those that
 /// fit into `seconds` with [`ROUNDS`] rounds. The first `needed` always are.
 pub fn affordable(costs: &[f64], needed: usize, seconds: f64) -> Vec<bool> {
@@ -76,7 +81,8 @@ mod tests {
     fn scenes_share_what_is_left() {
         let budget = Budget::new(Duration::from_secs(100));
         let share = budget.end_of_scene(4) - Instant::now();
-        assert!(share > Duration::from_secs(22) && share <= Duration::from_secs(23));
+        let planned = Duration::from_secs_f64(100.0 * PLANNED / 4.0);
+        assert!(share <= planned && share > planned - Duration::from_secs(1));
         assert!(budget.left() > Duration::from_secs(99));
         let spent = Budget::new(Duration::ZERO);
         assert!(spent.end_of_scene(1) <= Instant::now());
