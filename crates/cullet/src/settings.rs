@@ -77,9 +77,9 @@ impl Settings {
         Settings { antialias: Antialias::None, ..Settings::balanced() }
     }
 
-    /// For photographs: the mean of sixteen frames of one sample per pixel.
+    /// For photographs: sixteen samples per pixel, all shaded.
     pub fn reference() -> Settings {
-        Settings { antialias: Antialias::None, accumulate: 16, ..Settings::balanced() }
+        Settings { antialias: Antialias::Ssaa16, ..Settings::balanced() }
     }
 
     /// The default: smooth edges and textures at twice the time of a fast frame.

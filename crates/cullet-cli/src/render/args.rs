@@ -63,8 +63,8 @@ pub struct RenderArgs {
     pub texture: TextureFilter,
     /// How edges are smoothed: so many samples of each pixel find out what is visible, and each triangle
     /// seen there is shaded once (msaa), or every sample is shaded (ssaa: four or sixteen times the work).
-    /// Data passes and the ray caster take one sample at the centre [default: msaa4; none with --quality
-    /// fast or reference and with --accumulate]
+    /// Data passes and the ray caster take one sample at the centre [default: msaa4; none with
+    /// --quality fast and with --accumulate, ssaa16 with --quality reference]
     #[arg(long, value_enum)]
     pub aa: Option<Antialiasing>,
     /// Pixels of a triangle, along a side, that share a colour; edges stay where they are. The ray caster
@@ -85,7 +85,7 @@ pub struct RenderArgs {
     pub depth_format: DepthName,
     /// Draw colours as the mean of so many frames, each shifted by a part of a pixel: smooths textures,
     /// masks and edges alike, and takes as many times as long. Its frames take one sample per pixel
-    /// unless --aa says more [default: 1; 16 with --quality reference]
+    /// unless --aa says more [default: 1]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65536))]
     pub accumulate: Option<u32>,
     /// How many pixels are coloured; data passes and the ray caster take all [default: full]

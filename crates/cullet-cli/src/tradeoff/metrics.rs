@@ -54,7 +54,8 @@ impl Metric {
                 "pixels of a million that show another triangle than the f64 ray caster finds"
             }
             Metric::Shimmer => {
-                "mean second difference (0 to 1) of a pan of 1 px in steps of 1/16 px; no reference"
+                "mean second difference (0 to 1) of pans of 1 px across and down in steps of 1/16 px; no \
+                 reference"
             }
             Metric::FalseVisible => {
                 "objects kept that the exact test rejects, of a million of the scene"
@@ -137,28 +138,31 @@ pub fn errors(
 const STEPS: u32 = 16;
 
 /// The mean over pixels, channels and steps of `|a - 2 b + c|`, encoded, of three pictures in a row of
-/// a pan. What glides changes evenly and counts little; what jumps counts twice its jump.
+/// two pans, across and down. What glides changes evenly and counts little; what jumps counts twice its jump.
 fn shimmer(drawn: &Drawn<'_>, renderer: &mut Renderer) -> f64 {
     let settings = Settings { passes: Passes::COLOR, ..*drawn.settings };
     let mut frames = [Frame::default(), Frame::default(), Frame::default()];
     let mut sum = 0_u64;
-    for step in 0..=STEPS {
-        frames.rotate_left(1);
-        let view = drawn.view.shifted(f64::from(step) / f64::from(STEPS), 0.0);
-        renderer.render(drawn.prepared, &view, &settings, &mut frames[2]);
-        if step < 2 {
-            continue;
-        }
-        let [a, b, c] = &frames;
-        for ((a, b), c) in a.rgba8.iter().zip(&b.rgba8).zip(&c.rgba8) {
-            for channel in 0..3 {
-                let bend =
-                    i32::from(a[channel]) + i32::from(c[channel]) - 2 * i32::from(b[channel]);
-                sum += u64::from(bend.unsigned_abs());
+    for [right, down] in [[1.0, 0.0], [0.0, 1.0]] {
+        for step in 0..=STEPS {
+            frames.rotate_left(1);
+            let way = f64::from(step) / f64::from(STEPS);
+            let view = drawn.view.shifted(way * right, way * down);
+            renderer.render(drawn.prepared, &view, &settings, &mut frames[2]);
+            if step < 2 {
+                continue;
+            }
+            let [a, b, c] = &frames;
+            for ((a, b), c) in a.rgba8.iter().zip(&b.rgba8).zip(&c.rgba8) {
+                for channel in 0..3 {
+                    let bend =
+                        i32::from(a[channel]) + i32::from(c[channel]) - 2 * i32::from(b[channel]);
+                    sum += u64::from(bend.unsigned_abs());
+                }
             }
         }
     }
-    let n = u64::from(STEPS - 1) * 3 * frames[2].len() as u64;
+    let n = 2 * u64::from(STEPS - 1) * 3 * frames[2].len() as u64;
     sum as f64 / n as f64 / 255.0
 }
 

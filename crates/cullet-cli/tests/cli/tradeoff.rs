@@ -162,7 +162,7 @@ fn presets_are_sets_of_options_and_explicit_options_beat_them() {
         ["", "--quality balanced", "--quality fast", "--quality reference"].map(render);
     assert_eq!(plain.0, balanced.0);
     assert_eq!(fast.0, render("--aa none").0);
-    assert_eq!(reference.0, render("--accumulate 16").0);
+    assert_eq!(reference.0, render("--aa ssaa16").0);
     assert!(fast.0 != plain.0 && reference.0 != plain.0);
     assert_eq!((&fast.1["aa"], &fast.1["quality"]), (&"none".into(), &"fast".into()));
     let smooth = render("--quality fast --aa msaa4");
