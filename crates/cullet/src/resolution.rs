@@ -227,7 +227,7 @@ mod tests {
     use super::*;
     use crate::{Antialias, frame_scene};
 
-    const SIDES: [u32; 2] = [101, 67];
+    const SIDES: [u32; 2] = [203, 135];
 
     fn draw(settings: &Settings, scene: &str) -> (Frame, FrameStats) {
         let prepared = Prepared::new(synth(scene).unwrap()).unwrap();
