@@ -227,7 +227,7 @@ mod tests {
     use super::*;
     use crate::{Antialias, frame_scene};
 
-    const SIDES: [u32; 2] = [303, 201];
+    const SIDES: [u32; 2] = [203, 135];
 
     fn draw(settings: &Settings, scene: &str) -> (Frame, FrameStats) {
         let prepared = Prepared::new(synth(scene).unwrap()).unwrap();
@@ -266,8 +266,7 @@ mod tests {
         let [full, half, adaptive] = [Resolution::Full, Resolution::Half, Resolution::Adaptive]
             .map(|resolution| draw(&with(resolution), "sphere:64"));
         assert!(half.1.pixels_shaded * 7 < full.1.pixels_shaded * 2);
-        let shaded = [&full, &half, &adaptive].map(|drawn| drawn.1.pixels_shaded);
-        assert!(shaded[2] < shaded[0], "{shaded:?}");
+        assert!(adaptive.1.pixels_shaded < full.1.pixels_shaded);
         let (coarse, fine) = (error(&full.0, &half.0), error(&full.0, &adaptive.0));
         assert!(0.0 < fine && fine < 0.05 * coarse, "{fine} {coarse}");
         assert_eq!((&half.0.id, &adaptive.0.id), (&full.0.id, &full.0.id));
