@@ -13,7 +13,10 @@ pub struct Number(pub f64);
 impl<'de> Deserialize<'de> for Number {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         #[derive(Deserialize)]
-        #[serde(untagged, expecting = "a number, or a string that holds one")]
+        #[serde(
+            untagged,
+            expecting = "expected a number, or a string that holds one, such as \"inf\""
+        )]
         enum Spelling {
             Plain(f64),
             Quoted(String),

@@ -43,7 +43,7 @@ pub struct Shot {
 
 /// Everything that `args` name.
 pub fn read(args: &CullArgs) -> Result<Input, Failure> {
-    match (&args.source, &args.boxes) {
+    match (args.source(), &args.boxes) {
         (Some(source), _) => {
             let (scene, _) = source.load(0, Images::BaseColors)?;
             warn(&scene.warnings);
@@ -85,7 +85,9 @@ fn boxes(path: &Path, keep_f64: bool) -> Result<Vec<Aabb>, Failure> {
         let BoxLine { min, max } = serde_json::from_str(line).map_err(|error| {
             // Each line is a text of its own for the parser, which counts from its start.
             let error = error.to_string().replace(" at line 1 column ", ", column ");
-            wrong(path, format!("line {}: {error}", i + 1))
+            let hint = "a box is {\"min\":[x,y,z],\"max\":[x,y,z]}; what JSON has no number for is a \
+                        string: \"inf\", \"-inf\", \"nan\"";
+            wrong(path, format!("line {}: {error}; {hint}", i + 1))
         })?;
         let corner = |numbers: [Number; 3]| {
             let value = |Number(n)| if keep_f64 { n } else { f64::from(n as f32) };

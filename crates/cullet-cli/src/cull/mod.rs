@@ -25,7 +25,7 @@ use crate::exit::Failure;
 use crate::message::{Progress, note};
 use crate::output::{Outputs, Target, print, spare_inputs};
 use crate::render::{SimdName, camera, size};
-use crate::source::Source;
+use crate::source::{Limits, Source};
 use downstream::{Drawn, Mode, draw};
 use expr::Reports;
 use input::{Input, Shot};
@@ -36,11 +36,16 @@ use waste::Waste;
 /// Measure what each culling test rejects, leaves over, costs and saves
 #[derive(Args, Clone, Debug)]
 pub struct CullArgs {
+    /// A .glb, .gltf or .obj file; `-` reads a .glb from standard input; `synth:NAME[:PARAMETER]`
+    /// computes a scene (`cullet synth --list` names them)
+    #[arg(value_name = "SCENE")]
+    scene: Option<PathBuf>,
+    // Not `Option<Source>`: an optional group with a group inside counts as never given.
     #[command(flatten)]
-    source: Option<Source>,
+    limits: Limits,
     /// Test these boxes instead of a scene: one {"min":[x,y,z],"max":[x,y,z]} per line
-    #[arg(long, value_name = "FILE.jsonl", conflicts_with = "path")]
-    #[arg(required_unless_present_any = ["path", "distributions"])]
+    #[arg(long, value_name = "FILE.jsonl", conflicts_with = "scene")]
+    #[arg(required_unless_present_any = ["scene", "distributions"])]
     boxes: Option<PathBuf>,
     /// Keep the boxes of the file in f64; without it they are read as f32
     #[arg(long, requires = "boxes")]
@@ -82,7 +87,7 @@ pub struct CullArgs {
     /// Instead of a scene ask the tests about N frusta of each of nine generated kinds of boxes
     /// (seeded, the same everywhere): props to skies, screen tiles, light clusters, a city
     #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "400")]
-    #[arg(conflicts_with_all = ["path", "boxes", "camera", "camera_path", "clip_from_world"])]
+    #[arg(conflicts_with_all = ["scene", "boxes", "camera", "camera_path", "clip_from_world"])]
     #[arg(conflicts_with = "verdicts")]
     #[arg(value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     distributions: Option<u32>,
@@ -107,6 +112,12 @@ pub struct CullArgs {
     /// + - * / ( ) < <= > >= == != && ||. May be given more than once
     #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
     fail_if: Vec<String>,
+}
+
+impl CullArgs {
+    fn source(&self) -> Option<Source> {
+        Some(Source::new(self.scene.clone()?, self.limits))
+    }
 }
 
 /// One camera's results.
@@ -173,7 +184,7 @@ pub fn run(args: &CullArgs) -> Result<(), Failure> {
     // The page always shows where the tests differ; 60 frusta of a kind are enough for a chart.
     let n_samples = args.distributions.or(args.html.is_some().then_some(60));
     let wastes: Vec<Waste> = n_samples.map(distributions).unwrap_or_default();
-    let measured = match (&args.source, &args.boxes) {
+    let measured = match (args.source(), &args.boxes) {
         (None, None) => None,
         _ => Some(measure(args, level, input::read(args)?, &mut |lines| {
             write(&mut outputs, &args.verdicts, lines)
@@ -218,7 +229,7 @@ fn inputs(args: &CullArgs) -> Vec<&std::path::Path> {
     };
     let named = [&args.boxes, &args.clip_from_world, &args.compare];
     let named = named.into_iter().flatten().chain(file).map(PathBuf::as_path);
-    let scene = args.source.as_ref().map(|source| source.path.as_path());
+    let scene = args.scene.as_deref();
     named.chain(camera::file(&args.camera)).chain(scene).collect()
 }
 

@@ -59,7 +59,7 @@ fn settings(args: &CullArgs) -> Value {
     let unused = args.clip_from_world.is_some() || matches!(args.path, Some(CameraPath::File(_)));
     let camera = (!unused).then_some(&args.camera);
     json!({
-        "scene": args.source.as_ref().map(|source| source.path.display().to_string()),
+        "scene": args.scene.as_ref().map(|path| path.display().to_string()),
         "boxes": file(&args.boxes),
         "f64": args.f64,
         "camera": camera,

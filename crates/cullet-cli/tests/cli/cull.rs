@@ -271,3 +271,16 @@ fn faulty_input_is_named() {
     folder.fails(3, "no list", "cull --boxes boxes.jsonl --path camera.json");
     folder.fails(3, "nowhere", "cull --boxes nowhere.jsonl --camera camera.json");
 }
+
+/// A group of options that clap takes for never given would let a command succeed at nothing.
+#[test]
+fn a_scene_is_measured_or_refused() {
+    let folder = folder();
+    folder.fails(3, "nowhere.glb", "cull nowhere.glb");
+    folder.fails(2, "camera", "cull synth:box-grid:2 --camera nobody");
+    folder.ok("cull synth:box-grid:2 --json figures.json --repeat 1");
+    let figures = folder.json("figures.json");
+    assert_eq!(figures["scene"], "synth:box-grid:2");
+    assert_eq!(figures["boxes"], 8);
+    folder.fails(2, "SCENE", "cull");
+}

@@ -73,7 +73,7 @@ fn escape(text: &str) -> String {
 
 /// The whole page.
 pub fn page(args: &CullArgs, measured: Option<&Measured>, wastes: &[Waste]) -> String {
-    let scene = args.source.as_ref().map(|source| &source.path).or(args.boxes.as_ref());
+    let scene = args.scene.as_ref().or(args.boxes.as_ref());
     let name = scene.map_or("generated boxes".into(), |path| {
         path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
     });
