@@ -280,7 +280,7 @@ fn a_scene_is_measured_or_refused() {
     folder.fails(2, "camera", "cull synth:box-grid:2 --camera nobody");
     folder.ok("cull synth:box-grid:2 --json figures.json --repeat 1");
     let figures = folder.json("figures.json");
-    assert_eq!(figures["scene"], "synth:box-grid:2");
+    assert_eq!(figures["settings"]["scene"], "synth:box-grid:2");
     assert_eq!(figures["boxes"], 8);
     folder.fails(2, "SCENE", "cull");
 }
