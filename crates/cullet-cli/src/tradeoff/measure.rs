@@ -9,13 +9,10 @@ use cullet_measure::{Comparison, MeasureError, Picture, Rounds, Summary};
 
 use super::knobs::{Configuration, configurations};
 use super::metrics::{Drawn, Errors, Metric, errors, picture};
-use super::plan::{Budget, FEWEST_ROUNDS, ROUNDS, affordable, time_for_rounds};
-use super::reference::Reference;
+use super::plan::{Budget, FEWEST_ROUNDS, REFERENCE_SHARE, ROUNDS, affordable, time_for_rounds};
+use super::reference::{Reference, Room};
 use crate::exit::Failure;
 use crate::message::Progress;
-
-/// The share of a scene's time that its reference may take.
-const REFERENCE_SHARE: f64 = 0.35;
 
 /// Configurations that are measured whatever the budget: the presets.
 const NEEDED: usize = 3;
@@ -51,6 +48,8 @@ pub struct Reporter<'a> {
     /// The scene, and which of how many.
     pub scene: String,
     pub budget: &'a Budget,
+    /// Scenes in all.
+    pub n_scenes: usize,
     pub line: &'a Option<Progress>,
 }
 
@@ -99,8 +98,9 @@ pub fn scene(
     let whole = end.saturating_duration_since(begun);
     let mut configurations = configurations(common);
     let base = configurations[0].settings;
-    let budget = whole.mul_f64(REFERENCE_SHARE);
-    let reference = Reference::find(prepared, view, &base, budget, &mut |step| report.say(step))?;
+    let room =
+        Room { time: whole.mul_f64(REFERENCE_SHARE), rays: report.budget.rays(report.n_scenes) };
+    let reference = Reference::find(prepared, view, &base, room, &mut |step| report.say(step))?;
 
     let mut left_out = Vec::new();
     let mut now = clock(threads);

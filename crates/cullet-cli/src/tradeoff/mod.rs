@@ -29,7 +29,7 @@ use crate::exit::Failure;
 use crate::message::{Progress, note, warn};
 use crate::output::{Outputs, Target, print, spare_inputs};
 use crate::render::{camera, size};
-use crate::source::{Limits, Source};
+use crate::source::Source;
 use crate::stats;
 use findings::{Finding, findings};
 use machine::Machine;
@@ -71,8 +71,6 @@ pub struct TradeoffArgs {
     #[arg(long, value_name = "N", default_value_t = 1)]
     #[arg(value_parser = clap::value_parser!(u16).range(0..=1024))]
     threads: u16,
-    #[command(flatten)]
-    limits: Limits,
 }
 
 /// All that is reported.
@@ -119,9 +117,10 @@ pub fn run(args: &TradeoffArgs) -> Result<(), Failure> {
     for (i, path) in args.scenes.iter().enumerate() {
         let end = budget.end_of_scene(args.scenes.len() - i);
         let name = scene_name(path, &scenes);
-        let report = Reporter { scene: name.clone(), budget: &budget, line: &line };
+        let n_scenes = args.scenes.len();
+        let report = Reporter { scene: name.clone(), budget: &budget, n_scenes, line: &line };
         report.say("loading");
-        let source = Source::new(path.clone(), args.limits);
+        let source = Source::new(path.clone());
         let (scene, _) = source.load(0, Images::BaseColors)?;
         warn(&scene.warnings);
         let prepared = Prepared::new(scene)?;

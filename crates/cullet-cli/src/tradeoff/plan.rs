@@ -5,6 +5,12 @@ use std::time::{Duration, Instant};
 /// The share of the budget that is planned with; the rest is for what takes longer than measured.
 const PLANNED: f64 = 0.85;
 
+/// The share of a scene's time that its reference may take.
+pub const REFERENCE_SHARE: f64 = 0.35;
+
+/// What the f64 ray caster is known to cast on one or two cores.
+const RAYS_PER_SECOND: f64 = 1e5;
+
 /// Rounds that the figures should come from.
 pub const ROUNDS: usize = 15;
 
@@ -30,6 +36,13 @@ impl Budget {
     /// Time gone.
     pub fn elapsed(&self) -> Duration {
         self.start.elapsed()
+    }
+
+    /// Rays that the reference of each of `n` scenes may take. Not measured but assumed, so that two runs
+    /// have the same reference.
+    pub fn rays(&self, n: usize) -> u64 {
+        let seconds = REFERENCE_SHARE * self.total.as_secs_f64() / n.max(1) as f64;
+        (RAYS_PER_SECOND * seconds) as u64
     }
 
     /// When the first of `n` scenes that are left should be done.

@@ -38,14 +38,23 @@ pub struct Reference {
     pub n_visible: u64,
 }
 
+/// What finding it may take.
+#[derive(Clone, Copy, Debug)]
+pub struct Room {
+    /// Wall time; a frame begun is finished.
+    pub time: Duration,
+    /// Rays; where it takes more, the rasterizer draws the picture.
+    pub rays: u64,
+}
+
 impl Reference {
-    /// Finds it, within about `budget` of wall time. `settings` say what is shown: background,
+    /// Finds it. `settings` say what is shown: background,
     /// light, shading.
     pub fn find(
         prepared: &Prepared,
         view: &View,
         settings: &Settings,
-        budget: Duration,
+        room: Room,
         progress: &mut dyn FnMut(&str),
     ) -> Result<Reference, Failure> {
         progress("casting rays");
@@ -58,7 +67,6 @@ impl Reference {
         };
         let mut cast = Frame::default();
         Renderer::default().render(prepared, view, &exact, &mut cast);
-        let by_rays = begun.elapsed() * FRAMES * FINER * FINER;
 
         let linear = Passes::NONE.with(Pass::Linear);
         let filter = Filter::Oversampled(FRAMES.ilog2() as u8);
@@ -73,7 +81,8 @@ impl Reference {
             occlusion: false,
             ..truth
         };
-        let rays_fit = begun.elapsed() + by_rays < budget;
+        let n_rays = cast.len() as u64 * u64::from(FRAMES * FINER * FINER);
+        let rays_fit = n_rays <= room.rays;
         let one = if rays_fit { Settings { passes: linear, filter, ..exact } } else { plain };
         let finer = view
             .enlarged(FINER)
@@ -87,7 +96,7 @@ impl Reference {
             let [x, y] = sample_place(place, FRAMES);
             renderer.render(prepared, &finer.shifted(x - 0.5, y - 0.5), &one, &mut frame);
             sum.add(&shrunk(&frame, FINER as usize), 0);
-            if begun.elapsed() > budget {
+            if begun.elapsed() > room.time {
                 break;
             }
         }
