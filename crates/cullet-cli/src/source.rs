@@ -18,6 +18,13 @@ pub struct Source {
     /// computes a scene (`cullet synth --list` names them)
     #[arg(value_name = "SCENE")]
     pub path: PathBuf,
+    #[command(flatten)]
+    limits: Limits,
+}
+
+/// How much a scene may take.
+#[derive(Args, Clone, Copy, Debug)]
+pub struct Limits {
     /// Limit for the scene file and all files it names together, in bytes
     #[arg(long, value_name = "BYTES", default_value_t = LoadOptions::default().max_file_bytes)]
     #[arg(help_heading = "Limits")]
@@ -40,29 +47,9 @@ pub struct Source {
     max_decoded_bytes: u64,
 }
 
-impl Source {
-    /// A scene under the limits that hold unless others are given.
-    pub fn new(path: PathBuf) -> Source {
-        let LoadOptions {
-            max_file_bytes,
-            max_image_pixels,
-            max_nodes,
-            max_triangles,
-            max_decoded_bytes,
-            ..
-        } = LoadOptions::default();
-        Source {
-            path,
-            max_file_bytes,
-            max_image_pixels,
-            max_nodes,
-            max_triangles,
-            max_decoded_bytes,
-        }
-    }
-
-    /// The limits as the loader takes them.
-    pub fn limits(&self) -> LoadOptions {
+impl Limits {
+    /// As the loader takes them.
+    fn options(&self) -> LoadOptions {
         LoadOptions {
             max_file_bytes: self.max_file_bytes,
             max_image_pixels: self.max_image_pixels,
@@ -71,6 +58,18 @@ impl Source {
             max_decoded_bytes: self.max_decoded_bytes,
             ..LoadOptions::default()
         }
+    }
+}
+
+impl Source {
+    /// A scene under `limits`.
+    pub fn new(path: PathBuf, limits: Limits) -> Source {
+        Source { path, limits }
+    }
+
+    /// The limits as the loader takes them.
+    pub fn limits(&self) -> LoadOptions {
+        self.limits.options()
     }
 
     /// Loads or computes the scene, on `threads` threads (0: one per core); says what took how long.

@@ -29,7 +29,7 @@ use crate::exit::Failure;
 use crate::message::{Progress, note, warn};
 use crate::output::{Outputs, Target, print, spare_inputs};
 use crate::render::{camera, size};
-use crate::source::Source;
+use crate::source::{Limits, Source};
 use crate::stats;
 use findings::{Finding, findings};
 use machine::Machine;
@@ -71,6 +71,8 @@ pub struct TradeoffArgs {
     #[arg(long, value_name = "N", default_value_t = 1)]
     #[arg(value_parser = clap::value_parser!(u16).range(0..=1024))]
     threads: u16,
+    #[command(flatten)]
+    limits: Limits,
 }
 
 /// All that is reported.
@@ -120,7 +122,7 @@ pub fn run(args: &TradeoffArgs) -> Result<(), Failure> {
         let n_scenes = args.scenes.len();
         let report = Reporter { scene: name.clone(), budget: &budget, n_scenes, line: &line };
         report.say("loading");
-        let source = Source::new(path.clone());
+        let source = Source::new(path.clone(), args.limits);
         let (scene, _) = source.load(0, Images::BaseColors)?;
         warn(&scene.warnings);
         let prepared = Prepared::new(scene)?;
