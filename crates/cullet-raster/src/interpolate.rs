@@ -104,9 +104,11 @@ impl Interpolator {
     /// the weights of [`Interpolator::fragment`] times the values, with one division each.
     pub fn fill_row(&self, values: DVec3, [x, y]: [u32; 2], out: &mut [f32]) {
         let dy = f64::from(y) + 0.5 - self.origin[1];
-        let (in_row, left) = (self.at_origin + self.ddy * dy, f64::from(x) + 0.5 - self.origin[0]);
-        for (i, out) in out.iter_mut().enumerate() {
-            let share = (in_row + self.ddx * (left + i as f64)).map(at_least_zero);
+        let in_row = self.at_origin + self.ddy * dy;
+        for (column, out) in (x..).zip(out) {
+            // From the column itself, so that no pixel depends on where its row begins.
+            let dx = f64::from(column) + 0.5 - self.origin[0];
+            let share = (in_row + self.ddx * dx).map(at_least_zero);
             let value = share.dot(values) / (share.x + share.y + share.z);
             let value = if value.is_finite() { value } else { values.element_sum() / 3.0 };
             *out = value as f32;
@@ -175,6 +177,9 @@ mod tests {
         ] {
             let mut row = [0.0; 20];
             interpolator.fill_row(values, [20, 25], &mut row);
+            let mut rest = [0.0; 13];
+            interpolator.fill_row(values, [27, 25], &mut rest);
+            assert_eq!(rest, row[7..]);
             for (x, value) in (20..).zip(row) {
                 let plain = interpolator.fragment(x, 25).weights.dot(values);
                 assert!((f64::from(value) - plain).abs() < 1e-6, "{x}: {value} {plain}");
