@@ -186,8 +186,10 @@ impl<'a> TileShader<'a> {
         let tile = &raster.buffer;
         if tile.is_empty() {
             // Data is where nothing is from the start.
-            fill_background(self.scene.settings, rect, out);
-            encode_linear(rect, out);
+            if passes.needs_color() {
+                fill_background(self.scene.settings, rect, out);
+                encode_linear(rect, out);
+            }
             return 0;
         }
         match tile.samples() {
