@@ -5,7 +5,7 @@
 
 use std::fmt::Write;
 
-use super::findings::short;
+use super::findings::{distinct, short};
 use super::metrics::Metric;
 use super::table::{Row, panels};
 
@@ -233,16 +233,6 @@ pub fn escape(text: &str) -> String {
     let text: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
     let text = text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
     text.replace('\'', "&#39;").replace('"', "&quot;")
-}
-
-fn distinct<'a>(values: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
-    let mut distinct = Vec::new();
-    for value in values {
-        if !distinct.contains(&value) {
-            distinct.push(value);
-        }
-    }
-    distinct
 }
 
 #[cfg(test)]
