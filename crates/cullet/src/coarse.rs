@@ -11,7 +11,7 @@ use glam::Vec4;
 
 use crate::Region;
 use crate::frame::Target;
-use crate::tile_shader::{Batch, TileShader};
+use crate::tile_shader::TileShader;
 
 /// Memory for a block.
 #[derive(Debug, Default)]
@@ -44,7 +44,8 @@ impl TileShader<'_> {
         places.clear();
         let columns = block[0].max(rect.x)..(block[0] + BLOCK).min(rect.x + rect.width);
         let rows = block[1].max(rect.y)..(block[1] + BLOCK).min(rect.y + rect.height);
-        let mut batch = Batch::begin(self.scratch);
+        let batch = &mut self.scratch.batch;
+        batch.begin();
         let mut n_colors = 0;
         for y in (rows.start & !1..rows.end).step_by(2) {
             for x in (columns.start & !1..columns.end).step_by(2) {
@@ -69,22 +70,22 @@ impl TileShader<'_> {
                     if known.is_none() {
                         seen[n_seen] = id;
                         let middle = [(x & !1) - block[0] + 1, (y & !1) - block[1] + 1];
-                        batch.push(id, n_colors, middle[0] as f32, middle[1] as f32);
+                        batch.push(id, 1, n_colors, middle.map(|at| at as f32));
                         n_colors += 1;
                     }
                 }
             }
         }
-        let (n_triangles, n_pixels) = (batch.n_triangles, batch.n_pixels);
+        let n_pixels = batch.n_pixels();
         if out.linear.is_empty() {
             bytes.resize(n_pixels, [0; 4]);
-            self.paint(block, n_triangles, n_pixels, &mut Out::Bytes(bytes));
+            self.paint(block, &mut Out::Bytes(bytes));
             for (place, color) in &*places {
                 out.rgba8[*place as usize] = bytes[*color as usize];
             }
         } else {
             linear.resize(n_pixels, Vec4::ZERO);
-            self.paint(block, n_triangles, n_pixels, &mut Out::Linear(linear));
+            self.paint(block, &mut Out::Linear(linear));
             for (place, color) in &*places {
                 out.linear[*place as usize] = linear[*color as usize];
             }

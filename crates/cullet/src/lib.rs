@@ -19,12 +19,14 @@
 //! threads, with culling on or off, in debug and in release builds.
 
 mod accumulate;
+mod batch;
 mod bins;
 mod cameras;
 mod clusters;
 mod coarse;
 mod culling;
 mod cutouts;
+mod draws;
 mod frame;
 mod framing;
 mod items;

@@ -1,21 +1,21 @@
 //! Colours from triangle ids: the second half of a frame, a block of the picture at a time.
 //!
-//! 1. Each pixel's triangle is looked up in a small table; those met for the first time get a
-//!    number.
-//! 2. They are set up, object by object, into records ([`cullet_shade::wide`]).
-//! 3. Pixels are grouped by paint, and coloured eight at a time.
+//! 1. Rows are taken apart into runs of one triangle each, and each run's triangle is looked up in a
+//!    small table; those met for the first time get a number ([`Batch`]).
+//! 2. They are set up, object by object ([`Draws`]), into records ([`cullet_shade::wide`]).
+//! 3. Runs are grouped by paint, and coloured eight pixels at a time.
 //!
 //! A triangle is set up anew for each block (64 x 64 px of the whole picture), so a pixel's colour
 //! does not depend on what part of the picture is asked for, in what order, or by which thread.
 
-use cullet_raster::{BLOCK, NO_TRIANGLE, Placement, Samples};
+use cullet_raster::{BLOCK, Samples};
 use cullet_shade::Needs;
-use cullet_shade::wide::{
-    ColorPlanes, Group, Out, Paint, Pixel, PointPlanes, Record, paint, set_up,
-};
+use cullet_shade::wide::{self, ColorPlanes, Group, Out, Paint, PointPlanes, Record};
 use glam::Vec4;
 
+use crate::batch::{BATCH, Batch};
 use crate::coarse::CoarseScratch;
+use crate::draws::Draws;
 use crate::frame::Target;
 use crate::multisample::EdgeScratch;
 use crate::shading::{Places, Run, Scene};
@@ -24,15 +24,6 @@ use crate::tile_data::{Distance, fill_data};
 use crate::tiles::RasterScratch;
 use crate::visibility::{CornerSlots, Corners, scan};
 use crate::{Pass, Passes, Region, ShadingRate};
-
-/// Pixels coloured at once: those of a block.
-const BATCH: usize = (BLOCK * BLOCK) as usize;
-
-/// Slots of the table of triangles.
-const SLOTS: usize = 2048;
-
-/// Slots of the table that remembers whose an id was.
-const HINTS: usize = 1024;
 
 /// A place of the picture whose colour is wanted.
 #[derive(Clone, Copy, Debug)]
@@ -52,79 +43,36 @@ const SUBPIXELS: i32 = 16 * BLOCK as i32;
 #[derive(Debug)]
 pub(crate) struct ShadeScratch {
     draws: Draws,
-    paints: Vec<PaintKey>,
-    table: Vec<u64>,
-    /// Which batch the entries of the table are of.
-    epoch: u16,
-    /// The triangles of the batch, by the numbers of their records.
-    ids: Vec<u32>,
+    pub(crate) batch: Batch,
+    /// By record, the draw of the triangle and its paint.
     draw_of: Vec<u32>,
     paint_of: Vec<u32>,
     /// The draws of the batch.
-    batch: Vec<u32>,
+    seen: Vec<u32>,
     wanted: Vec<(u32, u32)>,
     records: Vec<Record>,
     colors: Vec<ColorPlanes>,
     points: Vec<PointPlanes>,
-    pixels: Vec<Pixel>,
-    sorted: Vec<Pixel>,
-    n_pixels_of_paint: Vec<u32>,
-    left: Vec<u32>,
+    n_runs_of_paint: Vec<u32>,
+    left: Vec<wide::Run>,
     corners: CornerSlots,
     pub(crate) edges: EdgeScratch,
     pub(crate) coarse: CoarseScratch,
 }
 
-/// An object as this frame draws it.
-#[derive(Debug)]
-struct Draw {
-    item: usize,
-    first_triangle: u32,
-    n_triangles: u32,
-    placement: Placement,
-    needs: Needs,
-    paint: u32,
-    /// Triangles of the batch, and where the next of them goes in the list.
-    n_wanted: u32,
-    next: u32,
-}
-
-/// What pixels must have in common to be coloured together, and an item that has it.
-#[derive(Debug)]
-struct PaintKey {
-    material: usize,
-    needs: Needs,
-    item: usize,
-}
-
-/// The objects met in this frame.
-#[derive(Debug, Default)]
-struct Draws {
-    all: Vec<Draw>,
-    /// By item, the draw's index + 1, or 0.
-    of_item: Vec<u32>,
-    /// By some bits of a triangle's id, the draw that it was last found in.
-    hints: Vec<u32>,
-}
-
 impl Default for ShadeScratch {
     fn default() -> Self {
         ShadeScratch {
-            draws: Draws { hints: vec![0; HINTS], ..Draws::default() },
-            paints: Vec::new(),
-            table: vec![0; SLOTS + 1],
-            epoch: 0,
-            ids: vec![0; BATCH + 1],
+            draws: Draws::default(),
+            batch: Batch::default(),
             draw_of: vec![0; BATCH],
             paint_of: vec![0; BATCH],
-            batch: Vec::new(),
+            seen: Vec::new(),
             wanted: vec![(0, 0); BATCH],
             records: vec![Record::default(); BATCH],
             colors: Vec::new(),
             points: Vec::new(),
-            pixels: vec![Pixel::default(); BATCH + 1],
-            sorted: vec![Pixel::default(); BATCH + 1],
-            n_pixels_of_paint: Vec::new(),
+            n_runs_of_paint: Vec::new(),
             left: Vec::new(),
             corners: CornerSlots::default(),
             edges: EdgeScratch::default(),
@@ -137,16 +85,14 @@ impl ShadeScratch {
     /// Forgets the frame before, to be called before each.
     pub(crate) fn begin(&mut self) {
         self.draws.forget();
-        self.paints.clear();
         self.corners.forget();
     }
 
     /// Memory held.
     pub(crate) fn bytes(&self) -> usize {
-        self.draws.all.capacity() * size_of::<Draw>()
-            + (self.draws.of_item.capacity() + HINTS) * 4
-            + SLOTS * 8
-            + BATCH * (20 + 2 * size_of::<Pixel>() + size_of::<Record>())
+        self.draws.bytes()
+            + Batch::bytes()
+            + BATCH * (16 + size_of::<Record>())
             + self.colors.capacity() * size_of::<ColorPlanes>()
             + self.corners.bytes()
             + self.points.capacity() * size_of::<PointPlanes>()
@@ -165,7 +111,7 @@ pub(crate) struct TileShader<'a> {
 impl<'a> TileShader<'a> {
     /// `scratch` has begun the frame of `scene`.
     pub(crate) fn new(scene: Scene<'a>, scratch: &'a mut ShadeScratch) -> Self {
-        scratch.draws.of_item.resize(scene.prepared.items().len(), 0);
+        scratch.draws.resize(scene.prepared.items().len());
         TileShader {
             scene,
             scratch,
@@ -252,14 +198,14 @@ impl<'a> TileShader<'a> {
             let [x, y] = block_of(&part[0]);
             let block = [x as u32 * BLOCK, y as u32 * BLOCK];
             for part in part.chunks(BATCH) {
-                let mut batch = Batch::begin(self.scratch);
+                let batch = &mut self.scratch.batch;
+                batch.begin();
                 for (i, wanted) in part.iter().enumerate() {
                     let x = (wanted.x - x * SUBPIXELS) as f32 * 0.0625;
                     let y = (wanted.y - y * SUBPIXELS) as f32 * 0.0625;
-                    batch.push(wanted.id, (first + i) as u32, x, y);
+                    batch.push(wanted.id, 1, (first + i) as u32, [x, y]);
                 }
-                let (n_triangles, n_pixels) = (batch.n_triangles, batch.n_pixels);
-                self.paint(block, n_triangles, n_pixels, &mut Out::Linear(out));
+                self.paint(block, &mut Out::Linear(out));
                 first += part.len();
             }
         }
@@ -295,24 +241,16 @@ impl<'a> TileShader<'a> {
         let [left, top] = [block[0].max(rect.x), block[1].max(rect.y)];
         let right = (block[0] + BLOCK).min(rect.x + rect.width);
         let bottom = (block[1] + BLOCK).min(rect.y + rect.height);
-        let mut batch = Batch::begin(self.scratch);
+        let batch = &mut self.scratch.batch;
+        batch.begin();
         for y in top..bottom {
             let (row, column) = ((y - rect.y) as usize, (left - rect.x) as usize);
             let start = row * stride + column;
             let ids = &ids[start..start + (right - left) as usize];
-            let mut place = (row * out.stride + column) as u32;
-            let (mut x, y) = ((left - block[0]) as f32 + 0.5, (y - block[1]) as f32 + 0.5);
-            let (eights, rest) = ids.as_chunks::<8>();
-            for eight in eights {
-                batch.push8(eight, place, x, y);
-                (place, x) = (place + 8, x + 8.0);
-            }
-            for &id in rest {
-                batch.push(id, place, x, y);
-                (place, x) = (place + 1, x + 1.0);
-            }
+            let place = [(left - block[0]) as f32 + 0.5, (y - block[1]) as f32 + 0.5];
+            batch.row(ids, (row * out.stride + column) as u32, place);
         }
-        let (n_triangles, n_pixels) = (batch.n_triangles, batch.n_pixels);
+        let n_pixels = batch.n_pixels();
         let size = [right - left, bottom - top];
         if n_pixels < (size[0] * size[1]) as usize {
             let first = (top - rect.y) as usize * out.stride + (left - rect.x) as usize;
@@ -323,64 +261,64 @@ impl<'a> TileShader<'a> {
         } else {
             Out::Linear(&mut *out.linear)
         };
-        self.paint(block, n_triangles, n_pixels, &mut out);
+        self.paint(block, &mut out);
         n_pixels as u64
     }
 
-    /// Colours the pixels of a batch.
-    pub(crate) fn paint(
-        &mut self,
-        block: [u32; 2],
-        n_triangles: usize,
-        n_pixels: usize,
-        out: &mut Out<'_>,
-    ) {
-        if n_pixels == 0 {
+    /// Colours the pixels of the batch.
+    pub(crate) fn paint(&mut self, block: [u32; 2], out: &mut Out<'_>) {
+        if self.scratch.batch.n_pixels() == 0 {
             return;
         }
-        self.set_up(block, n_triangles);
-        let n_paints = self.group_by_paint(n_triangles, n_pixels);
-        let Scene { prepared, .. } = self.scene;
+        self.set_up(block);
+        let scratch = &mut *self.scratch;
+        let Draws { all, paints, .. } = &scratch.draws;
+        let counts = &mut scratch.n_runs_of_paint;
+        counts.clear();
+        counts.resize(paints.len(), 0);
+        for draw in &scratch.seen {
+            counts[all[*draw as usize].paint as usize] = 1;
+        }
+        let is_one = counts.iter().sum::<u32>() == 1;
+        let batch = &mut scratch.batch;
+        let mut runs =
+            if is_one { batch.runs() } else { batch.by_paint(&scratch.paint_of, counts) };
         let look = self.scene.look();
-        let mut first = 0;
-        for i in 0..self.scratch.paints.len() {
-            let n = self.scratch.n_pixels_of_paint[i] as usize;
-            if n == 0 {
-                continue;
-            }
-            let ShadeScratch { paints, pixels, sorted, records, colors, points, left, .. } =
-                &mut *self.scratch;
-            let list = if n_paints == 1 { pixels } else { sorted };
-            let list = &list[first..first + n];
-            let surface = prepared.surface(&prepared.items()[paints[i].item]);
-            let key = Paint::new(&surface, paints[i].needs, &look);
-            left.clear();
-            paint(&key, list, records, colors, points, out, left);
-            if !left.is_empty() {
-                self.paint_left(block, n_paints == 1, first, out);
-            }
-            first += n;
+        let ShadeScratch { records, colors, points, left, .. } = scratch;
+        left.clear();
+        for (key, count) in paints.iter().zip(counts).filter(|(_, count)| **count > 0) {
+            let n = if is_one { runs.len() } else { *count as usize };
+            let (own, others) = runs.split_at(n);
+            runs = others;
+            let prepared = self.scene.prepared;
+            let surface = prepared.surface(&prepared.items()[key.item]);
+            let paint = Paint::new(&surface, key.needs, &look);
+            wide::paint(&paint, own, records, colors, points, out, left);
+        }
+        if !left.is_empty() {
+            self.paint_left(block, out);
         }
     }
 
-    /// Makes the records of the triangles of a batch.
-    fn set_up(&mut self, block: [u32; 2], n_triangles: usize) {
+    /// Makes the records of the triangles of the batch.
+    fn set_up(&mut self, block: [u32; 2]) {
         let Scene { prepared, settings, .. } = self.scene;
         let scratch = &mut *self.scratch;
-        scratch.batch.clear();
-        let draws_of = &mut scratch.draw_of[..n_triangles];
-        for (id, draw) in scratch.ids.iter().zip(&mut *draws_of) {
-            *draw = scratch.draws.of(&self.scene, &mut scratch.paints, *id);
+        scratch.seen.clear();
+        let ids = scratch.batch.ids();
+        let draws_of = &mut scratch.draw_of[..ids.len()];
+        for (id, draw) in ids.iter().zip(&mut *draws_of) {
+            *draw = scratch.draws.of(&self.scene, *id);
         }
         for run in draws_of.chunk_by(|a, b| a == b) {
             let draw = &mut scratch.draws.all[run[0] as usize];
             if draw.n_wanted == 0 {
-                scratch.batch.push(run[0]);
+                scratch.seen.push(run[0]);
             }
             draw.n_wanted += run.len() as u32;
         }
         let mut first = 0;
-        for draw in &scratch.batch {
+        for draw in &scratch.seen {
             let draw = &mut scratch.draws.all[*draw as usize];
             draw.next = first;
             first += draw.n_wanted;
@@ -390,7 +328,7 @@ impl<'a> TileShader<'a> {
             let draw = &mut scratch.draws.all[run[0] as usize];
             let wanted = &mut scratch.wanted[draw.next as usize..][..run.len()];
             draw.next += run.len() as u32;
-            let ids = &scratch.ids[record..record + run.len()];
+            let ids = &ids[record..record + run.len()];
             scratch.paint_of[record..record + run.len()].fill(draw.paint);
             for (wanted, id) in wanted.iter_mut().zip(ids) {
                 *wanted = (id - draw.first_triangle, record as u32);
@@ -398,7 +336,7 @@ impl<'a> TileShader<'a> {
             }
         }
         let mut first = 0;
-        for draw in &scratch.batch {
+        for draw in &scratch.seen {
             let draw = &mut scratch.draws.all[*draw as usize];
             let item = &prepared.items()[draw.item];
             let wanted = &scratch.wanted[first..first + draw.n_wanted as usize];
@@ -420,52 +358,20 @@ impl<'a> TileShader<'a> {
                 scratch.points.resize(BATCH, PointPlanes::default());
             }
             let (records, colors) = (&mut scratch.records, &mut scratch.colors);
-            set_up(settings.simd, &group, wanted, records, colors, &mut scratch.points);
+            wide::set_up(settings.simd, &group, wanted, records, colors, &mut scratch.points);
             first += wanted.len();
             draw.n_wanted = 0;
         }
     }
 
-    /// Sorts the pixels of a batch by paint, if there are several; returns how many there are.
-    fn group_by_paint(&mut self, n_triangles: usize, n_pixels: usize) -> usize {
-        let ShadeScratch {
-            paints, batch, draws, paint_of, pixels, sorted, n_pixels_of_paint, ..
-        } = &mut *self.scratch;
-        let counts = n_pixels_of_paint;
-        counts.clear();
-        counts.resize(paints.len(), 0);
-        let first = draws.all[batch[0] as usize].paint;
-        if batch.iter().all(|draw| draws.all[*draw as usize].paint == first) {
-            counts[first as usize] = n_pixels as u32;
-            return 1;
-        }
-        for draw in &*batch {
-            counts[draws.all[*draw as usize].paint as usize] = 1;
-        }
-        let (pixels, paint_of) = (&pixels[..n_pixels], &paint_of[..n_triangles]);
-        // Once through all pixels for each paint: there are few, and branches would be many.
-        let mut end = 0;
-        for (paint, count) in (0..).zip(counts.iter_mut()).filter(|(_, count)| **count > 0) {
-            let first = end;
-            for pixel in pixels {
-                sorted[end] = *pixel;
-                end += usize::from(paint_of[pixel.record as usize] == paint);
-            }
-            *count = (end - first) as u32;
-        }
-        2
-    }
-
     /// Colours the pixels that wide code has left, one by one.
     #[cold]
-    fn paint_left(&mut self, block: [u32; 2], unsorted: bool, first: usize, out: &mut Out<'_>) {
+    fn paint_left(&mut self, block: [u32; 2], out: &mut Out<'_>) {
         let scene = self.scene;
-        let ShadeScratch { pixels, sorted, left, ids, corners, .. } = &mut *self.scratch;
-        let list = if unsorted { pixels } else { sorted };
+        let ShadeScratch { left, batch, corners, .. } = &mut *self.scratch;
         let mut corners = Corners::new(&scene, corners);
-        for &i in &*left {
-            let pixel = &list[first + i as usize];
-            let (triangle, interpolator) = corners.of(ids[pixel.record as usize]);
+        for pixel in &*left {
+            let (triangle, interpolator) = corners.of(batch.ids()[usize::from(pixel.record)]);
             let x = f64::from(block[0]) + f64::from(pixel.x);
             let y = f64::from(block[1]) + f64::from(pixel.y);
             let color = triangle.color(&scene, &interpolator.fragment_at([x, y]));
@@ -486,130 +392,9 @@ fn blocks(rect: Region) -> impl Iterator<Item = [u32; 2]> {
         .flat_map(move |y| columns().map(move |x| [x, y]))
 }
 
-/// Pixels on their way into a batch.
-pub(crate) struct Batch<'s> {
-    /// The last slot is never looked at.
-    table: &'s mut [u64; SLOTS + 1],
-    ids: &'s mut [u32],
-    pixels: &'s mut [Pixel],
-    key: u64,
-    pub(crate) n_triangles: usize,
-    pub(crate) n_pixels: usize,
-}
-
-impl<'s> Batch<'s> {
-    pub(crate) fn begin(scratch: &'s mut ShadeScratch) -> Self {
-        scratch.epoch = scratch.epoch.wrapping_add(1);
-        if scratch.epoch == 0 {
-            scratch.table.fill(0);
-            scratch.epoch = 1;
-        }
-        Batch {
-            table: scratch.table.first_chunk_mut().expect("a table of that size"),
-            ids: &mut scratch.ids,
-            pixels: &mut scratch.pixels,
-            key: u64::from(scratch.epoch) << 16,
-            n_triangles: 0,
-            n_pixels: 0,
-        }
-    }
-
-    /// Without a branch, since neighbours of small triangles are beyond prediction: what is not to
-    /// be kept is written where the next will be, or where nobody looks.
-    #[inline(always)]
-    pub(crate) fn push(&mut self, id: u32, out: u32, x: f32, y: f32) {
-        let is_there = id != NO_TRIANGLE;
-        let record = self.record_of(id, is_there);
-        self.pixels[self.n_pixels] = Pixel { record, out, x, y };
-        self.n_pixels += usize::from(is_there);
-    }
-
-    /// Neighbours in a row.
-    #[inline(always)]
-    fn push8(&mut self, ids: &[u32; 8], out: u32, x: f32, y: f32) {
-        let mut differences = 0;
-        for id in ids {
-            differences |= id ^ ids[0];
-        }
-        if differences != 0 {
-            for (i, &id) in ids.iter().enumerate() {
-                self.push(id, out + i as u32, x + i as f32, y);
-            }
-        } else if ids[0] != NO_TRIANGLE {
-            let record = self.record_of(ids[0], true);
-            let pixels = &mut self.pixels[self.n_pixels..self.n_pixels + 8];
-            for (i, pixel) in pixels.iter_mut().enumerate() {
-                *pixel = Pixel { record, out: out + i as u32, x: x + i as f32, y };
-            }
-            self.n_pixels += 8;
-        }
-    }
-
-    /// The number of a triangle's record, a new one if it is not known.
-    #[inline(always)]
-    fn record_of(&mut self, id: u32, is_there: bool) -> u32 {
-        let slot = (id ^ id >> 11) as usize % SLOTS;
-        let (known, key) = (self.table[slot], u64::from(id) << 32 | self.key);
-        let is_known = (known ^ key) >> 16 == 0;
-        let record = if is_known { known & 0xffff } else { self.n_triangles as u64 };
-        self.table[if is_known { SLOTS } else { slot }] = key | record;
-        self.ids[self.n_triangles] = id;
-        self.n_triangles += usize::from(!is_known & is_there);
-        record as u32
-    }
-}
-
-impl Draws {
-    fn forget(&mut self) {
-        for draw in self.all.drain(..) {
-            if let Some(of_item) = self.of_item.get_mut(draw.item) {
-                *of_item = 0;
-            }
-        }
-    }
-
-    /// The draw that triangle `id` is of.
-    #[inline]
-    fn of(&mut self, scene: &Scene<'_>, paints: &mut Vec<PaintKey>, id: u32) -> u32 {
-        let hint = &mut self.hints[(id >> 6) as usize % HINTS];
-        if let Some(draw) = self.all.get(*hint as usize)
-            && id.wrapping_sub(draw.first_triangle) < draw.n_triangles
-        {
-            return *hint;
-        }
-        let item_idx = scene.prepared.item_of(id);
-        if self.of_item[item_idx] == 0 {
-            let item = &scene.prepared.items()[item_idx];
-            let needs = scene.needs(item);
-            let same = |key: &PaintKey| key.material == item.material && key.needs == needs;
-            let paint = paints.iter().position(same).unwrap_or_else(|| {
-                paints.push(PaintKey { material: item.material, needs, item: item_idx });
-                paints.len() - 1
-            });
-            self.all.push(Draw {
-                item: item_idx,
-                first_triangle: item.first_triangle,
-                n_triangles: item.n_triangles,
-                placement: Placement::new(
-                    scene.view.clip_from_model(&item.world_from_model),
-                    scene.view.viewport(),
-                    scene.planes[item_idx].unwrap_or_default(),
-                    scene.settings.subpixel_bits,
-                ),
-                needs,
-                paint: paint as u32,
-                n_wanted: 0,
-                next: 0,
-            });
-            self.of_item[item_idx] = self.all.len() as u32;
-        }
-        *hint = self.of_item[item_idx] - 1;
-        *hint
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use cullet_raster::NO_TRIANGLE;
     use cullet_scene::synth::synth;
     use cullet_shade::PointLight;
     use cullet_transform::{PlaneMask, Viewport};

@@ -3,7 +3,7 @@
 use cullet_scene::AlphaMode;
 use fearless_simd::{Simd, dispatch, f32x8, prelude::*};
 
-use super::paint::{Paint, Pixel, Sampled, Stage};
+use super::paint::{Paint, Sampled, Stage};
 use super::record::Record;
 use crate::kernel::Look;
 use crate::needs::{Needs, Shading};
@@ -62,16 +62,12 @@ fn kept<S: Simd>(
     simd: S,
     cutout: &Cutout<'_>,
     record: &Record,
-    [x, y]: [[f32; 8]; 2],
+    places: [[f32; 8]; 2],
     stage: &mut Stage,
 ) -> [u64; 2] {
     let Some(Sampled::Wide(sampler)) = &cutout.paint.texture else { return [0; 2] };
-    let mut pixels = [Pixel::default(); 8];
-    for lane in 0..8 {
-        (pixels[lane].x, pixels[lane].y) = (x[lane], y[lane]);
-    }
-    cutout.paint.place(simd, &pixels, core::slice::from_ref(record), &[], stage, 0);
-    stage.taps.are_fine = true;
+    stage.places.set_eight(places);
+    cutout.paint.place(simd, core::slice::from_ref(record), &[], stage, 0);
     let lod = sampler.lod8(simd, f32x8::simd_from(simd, stage.lod[0]));
     let uv = [f32x8::simd_from(simd, stage.u[0]), f32x8::simd_from(simd, stage.v[0])];
     sampler.find8(simd, uv, lod, &mut stage.taps, 0);

@@ -2,7 +2,7 @@
 //!
 //! 1. [`set_up`] makes a [`Record`] of each triangle: planes over the picture of all that its
 //!    colour depends on.
-//! 2. [`paint`] takes pixels that show one [`Paint`], eight at a time: it reads their attributes
+//! 2. [`paint`] takes [`Run`]s of pixels that show one [`Paint`], eight pixels at a time: it reads their attributes
 //!    off the records, samples, lights, and hands colours on, as bytes or as they are.
 //!
 //! Values are f32, in planes near their pixels; the few pixels for which that is not good enough
@@ -14,11 +14,13 @@ mod cutout;
 mod paint;
 mod point;
 mod record;
+mod run;
 mod sampler;
 #[cfg(test)]
 mod tests;
 
 pub use cutout::{Cutout, CutoutScratch};
-pub use paint::{Out, Paint, Pixel, paint};
+pub use paint::{Out, Paint, paint};
 pub use point::PointPlanes;
 pub use record::{ColorPlanes, Group, Record, set_up};
+pub use run::Run;

@@ -1,10 +1,13 @@
 //! Pixels of one paint: from records to colours.
 
+use std::ops::Range;
+
 use fearless_simd::{Level, Simd, dispatch, f32x4, f32x8, prelude::*, u32x8};
 use glam::{Vec2, Vec3, Vec4};
 
 use super::point::{PointPlanes, light_on};
 use super::record::{ColorPlanes, LEAST, NORMAL, Record};
+use super::run::{Places, Rest, Run};
 use super::sampler::{EIGHTS, Sampler, Taps};
 use crate::kernel::Look;
 use crate::light::PointLight;
@@ -66,20 +69,6 @@ impl<'a> Paint<'a> {
     }
 }
 
-/// A pixel to be coloured, or any place of the picture.
-#[derive(Clone, Copy, Debug, Default)]
-#[repr(align(16))]
-pub struct Pixel {
-    /// The record of its triangle.
-    pub record: u32,
-    /// Where its colour goes.
-    pub out: u32,
-    /// Place, px from the corner of the block.
-    pub x: f32,
-    /// Down.
-    pub y: f32,
-}
-
 /// Where colours go. Pixels index it; alpha is 1.
 #[derive(Debug)]
 pub enum Out<'a> {
@@ -89,26 +78,26 @@ pub enum Out<'a> {
     Bytes(&'a mut [[u8; 4]]),
 }
 
-/// Colours `pixels`, all of one paint, from the records of their triangles. Numbers of pixels for
-/// which f32 is not good enough are added to `left`, and their colours are not meaningful.
+/// Colours the pixels of `runs`, all of one paint, from the records of their triangles. Pixels for
+/// which f32 is not good enough are added to `left`, each by itself; their colours are not meaningful.
 pub fn paint(
     paint: &Paint<'_>,
-    pixels: &[Pixel],
+    runs: &[Run],
     records: &[Record],
     colors: &[ColorPlanes],
     points: &[PointPlanes],
     out: &mut Out<'_>,
-    left: &mut Vec<u32>,
+    left: &mut Vec<Run>,
 ) {
     let encoder = encoder();
     // A copy of its own for light at a point, so that who has none pays nothing.
     if paint.point.is_none() {
         dispatch!(paint.simd, simd => {
-            paint_all::<_, false>(simd, paint, encoder, pixels, records, colors, points, out, left)
+            paint_all::<_, false>(simd, paint, encoder, runs, records, colors, points, out, left)
         });
     } else {
         dispatch!(paint.simd, simd => {
-            paint_all::<_, true>(simd, paint, encoder, pixels, records, colors, points, out, left)
+            paint_all::<_, true>(simd, paint, encoder, runs, records, colors, points, out, left)
         });
     }
 }
@@ -120,35 +109,32 @@ fn paint_all<S: Simd, const POINT: bool>(
     simd: S,
     paint: &Paint<'_>,
     encoder: &Encoder,
-    pixels: &[Pixel],
+    runs: &[Run],
     records: &[Record],
     colors: &[ColorPlanes],
     points: &[PointPlanes],
     out: &mut Out<'_>,
-    left: &mut Vec<u32>,
+    left: &mut Vec<Run>,
 ) {
     let mut stage = Stage::default();
     let mut lights = [[[0.0; 8]; 3]; EIGHTS];
-    for (i_chunk, chunk) in pixels.chunks(8 * EIGHTS).enumerate() {
-        let (eights, rest) = chunk.as_chunks::<8>();
-        let mut last = [Pixel::default(); 8];
-        if let Some(pixel) = rest.last() {
-            last = [*pixel; 8];
-            last[..rest.len()].copy_from_slice(rest);
+    let mut rest = Rest { runs, taken: 0 };
+    loop {
+        let n_pixels = stage.places.take(simd, &mut rest);
+        if n_pixels == 0 {
+            return;
         }
-        let n = eights.len() + usize::from(!rest.is_empty());
-        let eight = |i: usize| eights.get(i).unwrap_or(&last);
-        stage.taps.are_fine = true;
+        let n = n_pixels.div_ceil(8);
         for i in 0..n {
-            paint.place(simd, eight(i), records, colors, &mut stage, i);
+            paint.place(simd, records, colors, &mut stage, i);
             if POINT && let Some(light) = &paint.point {
                 let is_flat = matches!(paint.light, Lit::Flat);
-                let values = match is_one_triangle(eight(i)) {
-                    true => values_of_one(simd, eight(i), records),
-                    false => values(simd, eight(i), records),
+                let values = match stage.places.is_one_triangle(simd, i) {
+                    true => values_of_one(simd, &stage.places, i, records),
+                    false => values(simd, &stage.places, i, records),
                 };
                 let (rgb, good) =
-                    light_on(simd, light, eight(i), records, points, &values, is_flat);
+                    light_on(simd, light, &stage.places, i, records, points, &values, is_flat);
                 lights[i] = rgb;
                 stage.good[i] &= good;
             }
@@ -168,27 +154,26 @@ fn paint_all<S: Simd, const POINT: bool>(
             stage.rgb[i] =
                 paint.color(simd, &stage, i, if POINT { Some(&lights[i]) } else { None });
             if stage.good[i] != 0xff {
-                let n_lanes = if i < eights.len() { 8 } else { rest.len() };
-                leave(8 * (i_chunk * EIGHTS + i), n_lanes, stage.good[i], left);
+                leave(&stage.places, 8 * i..n_pixels.min(8 * i + 8), stage.good[i], left);
             }
         }
         match out {
             Out::Bytes(out) => {
                 encoder.encode_all(simd, stage.rgb[..n].as_flattened_mut());
-                for (i, eight) in eights.iter().enumerate() {
-                    store_codes(eight, codes(simd, &stage.rgb[i]), out);
+                for i in 0..n_pixels / 8 {
+                    store_codes(stage.places.out(i), codes(simd, &stage.rgb[i]), out);
                 }
-                if !rest.is_empty() {
-                    store_each(rest, codes(simd, &stage.rgb[n - 1]), out);
+                if !n_pixels.is_multiple_of(8) {
+                    let places = &stage.places.out(n - 1)[..n_pixels % 8];
+                    store_each(places, codes(simd, &stage.rgb[n - 1]), out);
                 }
             }
             Out::Linear(out) => {
-                for (pixels, [r, g, b]) in chunk.chunks(8).zip(&stage.rgb) {
-                    for (lane, pixel) in pixels.iter().enumerate() {
-                        let [r, g, b] = [r[lane], g[lane], b[lane]];
-                        out[pixel.out as usize] =
-                            Vec4::new(f32::from_bits(r), f32::from_bits(g), f32::from_bits(b), 1.0);
-                    }
+                for i in 0..n_pixels {
+                    let [r, g, b] = &stage.rgb[i / 8];
+                    let [r, g, b] = [r[i % 8], g[i % 8], b[i % 8]];
+                    out[stage.places.out(i / 8)[i % 8] as usize] =
+                        Vec4::new(f32::from_bits(r), f32::from_bits(g), f32::from_bits(b), 1.0);
                 }
             }
         }
@@ -198,6 +183,7 @@ fn paint_all<S: Simd, const POINT: bool>(
 /// What one stage leaves to the next, for a chunk of pixels.
 #[derive(Debug, Default)]
 pub(super) struct Stage {
+    pub(super) places: Places,
     pub(super) u: [[f32; 8]; EIGHTS],
     pub(super) v: [[f32; 8]; EIGHTS],
     /// Footprints, then levels of detail.
@@ -214,8 +200,8 @@ pub(super) struct Stage {
 }
 
 #[cold]
-fn leave(first: usize, n: usize, good: u64, left: &mut Vec<u32>) {
-    left.extend((0..n).filter(|lane| good >> lane & 1 == 0).map(|lane| (first + lane) as u32));
+fn leave(places: &Places, of: Range<usize>, good: u64, left: &mut Vec<Run>) {
+    left.extend(of.filter(|i| good >> (i % 8) & 1 == 0).map(|i| places.pixel(i)));
 }
 
 impl Paint<'_> {
@@ -224,7 +210,6 @@ impl Paint<'_> {
     pub(super) fn place<S: Simd>(
         &self,
         simd: S,
-        pixels: &[Pixel; 8],
         records: &[Record],
         colors: &[ColorPlanes],
         stage: &mut Stage,
@@ -235,17 +220,17 @@ impl Paint<'_> {
         let is_smooth = matches!(self.light, Lit::Smooth { .. });
         if matches!(self.light, Lit::Flat) {
             for lane in 0..8 {
-                stage.light[i][lane] = records[pixels[lane].record as usize].at[NORMAL];
+                stage.light[i][lane] = records[stage.places.records(i)[lane] as usize].at[NORMAL];
             }
         }
         if self.texture.is_none() && !self.has_colors && !is_smooth {
             return; // one colour for each triangle
         }
-        let is_one = is_one_triangle(pixels);
+        let is_one = stage.places.is_one_triangle(simd, i);
         let values = if is_one {
-            values_of_one(simd, pixels, records)
+            values_of_one(simd, &stage.places, i, records)
         } else {
-            values(simd, pixels, records)
+            values(simd, &stage.places, i, records)
         };
         let [w, u, v, least] = values.low;
         let mut good = w.simd_gt(least);
@@ -253,9 +238,9 @@ impl Paint<'_> {
         if let Some(texture) = &self.texture {
             let uv = [u * over_w, v * over_w];
             let [[wx, ux, vx], [wy, uy, vy]] = if is_one {
-                changes_of_one(simd, pixels, records)
+                changes_of_one(simd, &records[stage.places.records(i)[0] as usize])
             } else {
-                changes(simd, pixels, records)
+                changes(simd, stage.places.records(i), records)
             };
             // The quotient rule: (a / w)' = (a' - (a / w) w') / w.
             let ddx = [(ux - uv[0] * wx) * over_w, (vx - uv[1] * wx) * over_w];
@@ -277,7 +262,7 @@ impl Paint<'_> {
             }
         }
         if self.has_colors {
-            let [r, g, b] = colors_over_w(simd, pixels, records, colors);
+            let [r, g, b] = colors_over_w(simd, &stage.places, i, records, colors);
             stage.colors[i] = [(r * over_w).into(), (g * over_w).into(), (b * over_w).into()];
         }
         if let Lit::Smooth { direction, ambient } = self.light {
@@ -358,24 +343,14 @@ pub(super) struct Values<S: Simd> {
     pub normal: [f32x8<S>; 3],
 }
 
-#[inline(always)]
-fn is_one_triangle(pixels: &[Pixel; 8]) -> bool {
-    let first = pixels[0].record;
-    let mut differences = 0;
-    for pixel in pixels {
-        differences |= pixel.record ^ first;
-    }
-    differences == 0
-}
-
 /// Of pixels that may all be of different triangles: pixel by pixel, then turned.
 #[inline(always)]
-fn values<S: Simd>(simd: S, pixels: &[Pixel; 8], records: &[Record]) -> Values<S> {
+fn values<S: Simd>(simd: S, places: &Places, i: usize, records: &[Record]) -> Values<S> {
     let (mut low, mut high) = ([f32x4::splat(simd, 0.0); 8], [f32x4::splat(simd, 0.0); 8]);
+    let (numbers, x, y) = (places.records(i), places.x(i), places.y(i));
     for lane in 0..8 {
-        let Pixel { record, x, y, .. } = pixels[lane];
-        let record = &records[record as usize];
-        let (dx, dy) = (x - record.anchor[0], y - record.anchor[1]);
+        let record = &records[numbers[lane] as usize];
+        let (dx, dy) = (x[lane] - record.anchor[0], y[lane] - record.anchor[1]);
         let at = f32x8::simd_from(simd, record.at);
         let ddx = f32x8::simd_from(simd, record.ddx);
         let ddy = f32x8::simd_from(simd, record.ddy);
@@ -387,14 +362,10 @@ fn values<S: Simd>(simd: S, pixels: &[Pixel; 8], records: &[Record]) -> Values<S
 
 /// The same, operation by operation, of pixels of one triangle.
 #[inline(always)]
-fn values_of_one<S: Simd>(simd: S, pixels: &[Pixel; 8], records: &[Record]) -> Values<S> {
-    let record = &records[pixels[0].record as usize];
-    let (mut x, mut y) = ([0.0; 8], [0.0; 8]);
-    for lane in 0..8 {
-        (x[lane], y[lane]) = (pixels[lane].x, pixels[lane].y);
-    }
-    let dx = f32x8::simd_from(simd, x) - record.anchor[0];
-    let dy = f32x8::simd_from(simd, y) - record.anchor[1];
+fn values_of_one<S: Simd>(simd: S, places: &Places, i: usize, records: &[Record]) -> Values<S> {
+    let record = &records[places.records(i)[0] as usize];
+    let dx = f32x8::simd_from(simd, *places.x(i)) - record.anchor[0];
+    let dy = f32x8::simd_from(simd, *places.y(i)) - record.anchor[1];
     Values {
         low: [
             value(simd, record, 0, dx, dy),
@@ -418,10 +389,10 @@ fn value<S: Simd>(simd: S, record: &Record, lane: usize, dx: f32x8<S>, dy: f32x8
 
 /// Changes of w, u and v over w per pixel to the right and down.
 #[inline(always)]
-fn changes<S: Simd>(simd: S, pixels: &[Pixel; 8], records: &[Record]) -> [[f32x8<S>; 3]; 2] {
+fn changes<S: Simd>(simd: S, numbers: &[u32; 8], records: &[Record]) -> [[f32x8<S>; 3]; 2] {
     let (mut ddx, mut ddy) = ([f32x4::splat(simd, 0.0); 8], [f32x4::splat(simd, 0.0); 8]);
     for lane in 0..8 {
-        let record = &records[pixels[lane].record as usize];
+        let record = &records[numbers[lane] as usize];
         ddx[lane] = f32x4::from_slice(simd, &record.ddx[..4]);
         ddy[lane] = f32x4::from_slice(simd, &record.ddy[..4]);
     }
@@ -431,8 +402,8 @@ fn changes<S: Simd>(simd: S, pixels: &[Pixel; 8], records: &[Record]) -> [[f32x8
 }
 
 #[inline(always)]
-fn changes_of_one<S: Simd>(simd: S, pixels: &[Pixel; 8], records: &[Record]) -> [[f32x8<S>; 3]; 2] {
-    let Record { ddx: x, ddy: y, .. } = &records[pixels[0].record as usize];
+fn changes_of_one<S: Simd>(simd: S, record: &Record) -> [[f32x8<S>; 3]; 2] {
+    let Record { ddx: x, ddy: y, .. } = record;
     [
         [f32x8::splat(simd, x[0]), f32x8::splat(simd, x[1]), f32x8::splat(simd, x[2])],
         [f32x8::splat(simd, y[0]), f32x8::splat(simd, y[1]), f32x8::splat(simd, y[2])],
@@ -442,14 +413,16 @@ fn changes_of_one<S: Simd>(simd: S, pixels: &[Pixel; 8], records: &[Record]) -> 
 #[inline(always)]
 fn colors_over_w<S: Simd>(
     simd: S,
-    pixels: &[Pixel; 8],
+    places: &Places,
+    i: usize,
     records: &[Record],
     colors: &[ColorPlanes],
 ) -> [f32x8<S>; 3] {
     let mut values = [f32x4::splat(simd, 0.0); 8];
     for lane in 0..8 {
-        let Pixel { record, x, y, .. } = pixels[lane];
-        let (anchor, planes) = (&records[record as usize].anchor, &colors[record as usize]);
+        let record = places.records(i)[lane] as usize;
+        let (x, y) = (places.x(i)[lane], places.y(i)[lane]);
+        let (anchor, planes) = (&records[record].anchor, &colors[record]);
         let at = f32x4::simd_from(simd, planes.at);
         let ddx = f32x4::simd_from(simd, planes.ddx);
         let ddy = f32x4::simd_from(simd, planes.ddy);
@@ -499,21 +472,21 @@ fn codes<S: Simd>(simd: S, [r, g, b]: &[[u32; 8]; 3]) -> [u32; 8] {
 
 /// Writes eight pixels: most are neighbours in a row.
 #[inline(always)]
-fn store_codes(pixels: &[Pixel; 8], codes: [u32; 8], out: &mut [[u8; 4]]) {
-    let first = pixels[0].out as usize;
-    let is_row = pixels[7].out == pixels[0].out + 7;
+fn store_codes(places: &[u32; 8], codes: [u32; 8], out: &mut [[u8; 4]]) {
+    let first = places[0] as usize;
+    let is_row = places[7] == places[0] + 7;
     if is_row && let Some(row) = out.get_mut(first..first + 8) {
         for (out, code) in row.iter_mut().zip(codes) {
             *out = code.to_le_bytes();
         }
         return;
     }
-    store_each(pixels, codes, out);
+    store_each(places, codes, out);
 }
 
 #[inline(always)]
-fn store_each(pixels: &[Pixel], codes: [u32; 8], out: &mut [[u8; 4]]) {
-    for (pixel, code) in pixels.iter().zip(codes) {
-        out[pixel.out as usize] = code.to_le_bytes();
+fn store_each(places: &[u32], codes: [u32; 8], out: &mut [[u8; 4]]) {
+    for (place, code) in places.iter().zip(codes) {
+        out[*place as usize] = code.to_le_bytes();
     }
 }

@@ -7,8 +7,9 @@ use cullet_raster::Shares4;
 use fearless_simd::{Simd, f32x4, f32x8, prelude::*};
 use glam::Vec3;
 
-use super::paint::{Pixel, Values, transposed};
+use super::paint::{Values, transposed};
 use super::record::Record;
+use super::run::Places;
 use crate::light::PointLight;
 use crate::surface::Surface;
 
@@ -54,10 +55,12 @@ fn to_light(light: &PointLight, surface: &Surface<'_>, corner: u32) -> [f32; 4] 
 
 /// What `light` adds at eight pixels, red, green and blue; and for which of them f32 serves.
 #[inline(always)]
+#[expect(clippy::too_many_arguments, reason = "one body, taken apart")]
 pub(super) fn light_on<S: Simd>(
     simd: S,
     light: &PointLight,
-    pixels: &[Pixel; 8],
+    places: &Places,
+    i: usize,
     records: &[Record],
     points: &[PointPlanes],
     values: &Values<S>,
@@ -65,8 +68,9 @@ pub(super) fn light_on<S: Simd>(
 ) -> ([[f32; 8]; 3], u64) {
     let (mut rows, mut normals) = ([f32x4::splat(simd, 0.0); 8], [f32x4::splat(simd, 0.0); 8]);
     for lane in 0..8 {
-        let Pixel { record, x, y, .. } = pixels[lane];
-        let (anchor, planes) = (&records[record as usize].anchor, &points[record as usize]);
+        let record = places.records(i)[lane] as usize;
+        let (x, y) = (places.x(i)[lane], places.y(i)[lane]);
+        let (anchor, planes) = (&records[record].anchor, &points[record]);
         let at = f32x4::simd_from(simd, planes.at);
         let ddx = f32x4::simd_from(simd, planes.ddx);
         let ddy = f32x4::simd_from(simd, planes.ddy);

@@ -106,19 +106,22 @@ impl<'a> Sampler<'a> {
         let finer = i32x8::truncate_from(lod);
         let blend = lod - f32x8::float_from(finer);
         let place = [fold8(simd, uv[0], self.wrap[0]), fold8(simd, uv[1], self.wrap[1])];
+        taps.blend[eight] = blend.into();
+        taps.is_fine[eight] = !blend.simd_gt(f32x8::splat(simd, 0.0)).any_true();
         let levels: [i32; 8] = finer.into();
-        let (mut first, mut first_coarser) = ([0; 8], [0; 8]);
-        for lane in 0..8 {
-            let level = levels[lane] as usize % MAX_LEVELS;
-            (first[lane], first_coarser[lane]) = self.first[level];
+        let (own, coarser) = self.first[levels[0] as usize % MAX_LEVELS];
+        let (mut first, mut first_coarser) = ([own; 8], [coarser; 8]);
+        if !finer.simd_eq(i32x8::splat(simd, levels[0])).all_true() {
+            for lane in 0..8 {
+                let level = levels[lane] as usize % MAX_LEVELS;
+                (first[lane], first_coarser[lane]) = self.first[level];
+            }
         }
         self.find_in(simd, place, finer, first, &mut taps.fine, eight);
-        taps.blend[eight] = blend.into();
-        if blend.simd_gt(f32x8::splat(simd, 0.0)).any_true() {
-            taps.are_fine = false;
+        if !taps.is_fine[eight] {
+            // Beyond the coarsest level is that level again.
+            self.find_in(simd, place, finer + 1, first_coarser, &mut taps.coarse, eight);
         }
-        // Beyond the coarsest level is that level again.
-        self.find_in(simd, place, finer + 1, first_coarser, &mut taps.coarse, eight);
     }
 
     /// The four texels around each of eight places, each place in a level of its own, which
@@ -156,10 +159,10 @@ impl<'a> Sampler<'a> {
         n: usize,
         out: &mut [[[f32; 4]; 8]; EIGHTS],
     ) {
-        let Taps { fine, coarse, blend, are_fine } = taps;
+        let Taps { fine, coarse, blend, is_fine } = taps;
         for eight in 0..n {
             let out = &mut out[eight];
-            if *are_fine {
+            if is_fine[eight] {
                 for lane in 0..8 {
                     let (left, right) = self.rows(simd, fine, eight, lane).split();
                     let color = left + (right - left) * fine.x[eight][lane];
@@ -201,8 +204,8 @@ pub(super) struct Taps {
     coarse: LevelTaps,
     /// From the finer level to the coarser.
     blend: [[f32; 8]; EIGHTS],
-    /// No place needs the coarser level.
-    pub are_fine: bool,
+    /// No place of an eight needs the coarser level.
+    is_fine: [bool; EIGHTS],
 }
 
 /// In one level: texel numbers of the upper and lower left neighbours, and how far right and
@@ -220,7 +223,8 @@ struct LevelTaps {
 fn pair<S: Simd>(simd: S, texels: &[u16], first: u32) -> f32x8<S> {
     let first = 4 * first as usize;
     let (left, right) = u16x8::from_slice(simd, &texels[first..first + 8]).widen();
-    f32x8::float_from(left.combine(right))
+    // Signed, which is one instruction.
+    f32x8::float_from(left.combine(right).bitcast::<i32x8<S>>())
 }
 
 /// Base 2 logarithm of numbers of at least 1, within 2e-7 and 1e-7 of itself; exact for powers of

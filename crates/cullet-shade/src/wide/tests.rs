@@ -37,7 +37,8 @@ fn sampled(texture: &Texture, uv: Vec2, ddx: Vec2, ddy: Vec2, filter: Filter, si
     let mut out = [Vec4::NAN];
     let of = Paint::new(&surface, Needs::TEXTURE, &look(filter, simd));
     let mut left = Vec::new();
-    paint(&of, &[Pixel::default()], &[record], &[], &[], &mut Out::Linear(&mut out), &mut left);
+    let run = Run { len: 1, ..Run::default() };
+    paint(&of, &[run], &[record], &[], &[], &mut Out::Linear(&mut out), &mut left);
     assert!(left.is_empty());
     out[0]
 }
@@ -161,6 +162,11 @@ struct Seen<'a> {
 
 impl Seen<'_> {
     fn wide(&self, places: &[[f32; 2]], look: &Look) -> (Vec<Vec4>, Vec<u32>) {
+        self.wide_in_runs(1, places, look)
+    }
+
+    /// With neighbours in runs of up to so many.
+    fn wide_in_runs(&self, most: u16, places: &[[f32; 2]], look: &Look) -> (Vec<Vec4>, Vec<u32>) {
         let mut out = vec![Vec4::NAN; places.len()];
         let mut all_left = Vec::new();
         let clip_from_model = self.view.clip_from_model(&self.surface.world_from_model);
@@ -183,19 +189,20 @@ impl Seen<'_> {
             let (mut record, mut colors) = ([Record::default()], [ColorPlanes::default()]);
             let mut points = [PointPlanes::default()];
             set_up(look.simd, &group, &[(0, 0)], &mut record, &mut colors, &mut points);
-            let pixels: Vec<Pixel> = (0..)
-                .zip(places)
-                .filter(|(_, place)| block_of(place) == block)
-                .map(|(out, place)| {
-                    let [x, y] = [0, 1].map(|axis| place[axis] - block[axis] as f32);
-                    Pixel { record: 0, out, x, y }
-                })
-                .collect();
+            let mut runs: Vec<Run> = Vec::new();
+            for (out, place) in (0..).zip(places).filter(|(_, place)| block_of(place) == block) {
+                let [x, y] = [0, 1].map(|axis| place[axis] - block[axis] as f32);
+                let next = Run { record: 0, len: 1, out, x, y };
+                match runs.last_mut() {
+                    Some(run) if run.len < most && is_next(run, &next) => run.len += 1,
+                    _ => runs.push(next),
+                }
+            }
             let of = Paint::new(&self.surface, self.needs, look);
             let mut left = Vec::new();
             let out = &mut Out::Linear(&mut out);
-            paint(&of, &pixels, &record, &colors, &points, out, &mut left);
-            all_left.extend(left.iter().map(|&i| pixels[i as usize].out));
+            paint(&of, &runs, &record, &colors, &points, out, &mut left);
+            all_left.extend(left.iter().map(|run| run.out));
         }
         (out, all_left)
     }
@@ -233,6 +240,12 @@ impl Seen<'_> {
             })
             .collect()
     }
+}
+
+/// Whether a pixel is the one after a run.
+fn is_next(run: &Run, pixel: &Run) -> bool {
+    let len = run.len;
+    [run.x + f32::from(len), run.y] == [pixel.x, pixel.y] && run.out + u32::from(len) == pixel.out
 }
 
 /// Errors of colours, of the order of those of attributes relative to their range.
@@ -327,6 +340,9 @@ fn groups_and_instruction_sets_change_nothing() {
     }
     for (place, color) in places.iter().zip(&all) {
         assert_eq!(seen.wide(&[*place], &look).0[0], *color);
+    }
+    for most in [2, 7, 8, 13, 64] {
+        assert_eq!(seen.wide_in_runs(most, &places, &look), seen.wide(&places, &look), "{most}");
     }
     let mut backwards = places.clone();
     backwards.reverse();
