@@ -7,14 +7,17 @@
 //! Texels are linear light, RGBA, 16 bits a channel, alpha straight: so they blend as they are,
 //! and two neighbours are one load of 16 bytes. Level 0 is the image within half a step
 //! (1 / 131070, a fortieth of an 8-bit code where codes are closest), and each level adds at most
-//! half a step by rounding its averages. After the last texel of a row and after the last row come
-//! the first ones again: the right and lower neighbours where the picture repeats. Rows are an
-//! odd number of cache lines apart, so that those above each other do not compete for the same
-//! places in a cache.
+//! half a step by rounding its averages.
+//!
+//! Levels lie in memory as strips, 32 texels wide, one after the other, so that what a small part of
+//! a picture shows, turned any way, lies on few pages of memory. After the last texel of each row of
+//! a strip comes the first of the next strip, and after the last row, and after the last strip, the
+//! first ones again: the right and lower neighbours where the picture repeats.
 //!
 //! Source: Williams, "Pyramidal Parametrics", SIGGRAPH 1983; the weights for odd sides
 //! follow from areas, see `Taps`.
 
+use std::ops::Range;
 use std::sync::{Arc, LazyLock};
 
 use cullet_scene::{Image, Sampler, Wrap};
@@ -46,7 +49,7 @@ impl Texture {
     }
 }
 
-/// An image and its smaller copies: 8/3 of the memory of the image.
+/// An image and its smaller copies: 8/3 of the memory of the image, and the ends of rows twice.
 #[derive(Clone, Debug)]
 pub struct Mips {
     texels: Vec<u16>,
@@ -140,26 +143,46 @@ impl Level<'_> {
     #[inline]
     pub fn texel(&self, x: u32, y: u32) -> [u16; 4] {
         debug_assert!(x < self.width && y < self.height, "texel {x}, {y} outside");
-        self.texels.as_chunks().0[y as usize * row_len(self.width) + x as usize]
+        let size = Size { width: self.width, height: self.height, first: 0 };
+        self.texels.as_chunks().0[size.place(x, y)]
     }
 }
+
+/// Columns of a strip, a power of two; the first of the next follows.
+pub(crate) const STRIP: u32 = 32;
 
 impl Size {
-    /// Channels in a row, its first texel twice.
-    fn row_len(&self) -> usize {
-        4 * row_len(self.width)
+    /// Texels from a row to the next.
+    fn stride(&self) -> usize {
+        self.width.min(STRIP) as usize + 1
     }
 
-    /// Channels of all rows, the first one twice.
+    /// Texels of a strip: all rows, and the first one twice.
+    fn strip_len(&self) -> usize {
+        self.stride() * (self.height as usize + 1)
+    }
+
+    /// The texel in column `x` and row `y`, from the first one on.
+    fn place(&self, x: u32, y: u32) -> usize {
+        (x / STRIP) as usize * self.strip_len() + y as usize * self.stride() + (x % STRIP) as usize
+    }
+
+    /// Channels of all strips.
     fn len(&self) -> usize {
-        self.row_len() * (self.height as usize + 1)
+        4 * self.width.div_ceil(STRIP) as usize * self.strip_len()
     }
-}
 
-/// Texels from a row to the next, of a level `width` texels wide.
-fn row_len(width: u32) -> usize {
-    let lines = (width as usize + 1).div_ceil(8); // of 64 bytes
-    8 * (lines | 1)
+    /// Its strips: the first column and how many there are.
+    fn strips(&self) -> impl Iterator<Item = (u32, u32)> {
+        let width = self.width;
+        (0..width).step_by(STRIP as usize).map(move |x| (x, (width - x).min(STRIP)))
+    }
+
+    /// The channels of `n` texels in a row of a strip.
+    fn range(&self, x: u32, y: u32, n: u32) -> Range<usize> {
+        let start = 4 * self.place(x, y);
+        start..start + 4 * n as usize
+    }
 }
 
 /// Linear RGBA of a texel, each channel in `[0, 1]`; exactly 1 for 65535.
@@ -200,43 +223,50 @@ fn halved(side: u32) -> u32 {
 
 fn decode_image(image: &[[u8; 4]], size: Size, level: &mut [u16]) {
     let linear = &*LINEAR;
-    let rows = image.chunks_exact(size.width as usize);
-    for (row, out) in rows.zip(level.chunks_exact_mut(size.row_len())) {
-        for (&[r, g, b, a], out) in row.iter().zip(out.as_chunks_mut().0) {
-            let (r, g, b) = (linear[r as usize], linear[g as usize], linear[b as usize]);
-            *out = [r, g, b, u16::from(a) * 257];
+    for (y, mut row) in (0..).zip(image.chunks_exact(size.width as usize)) {
+        for (x, n) in size.strips() {
+            let (part, others) = row.split_at(n as usize);
+            row = others;
+            let out = &mut level[size.range(x, y, n)];
+            for (&[r, g, b, a], out) in part.iter().zip(out.as_chunks_mut().0) {
+                let (r, g, b) = (linear[r as usize], linear[g as usize], linear[b as usize]);
+                *out = [r, g, b, u16::from(a) * 257];
+            }
         }
     }
 }
 
-/// Fills the last column and the last row.
+/// Fills the last column and the last row of each strip.
 fn repeat_ends(size: Size, level: &mut [u16]) {
-    let len = size.row_len();
-    let rows = size.height as usize;
-    for row in level[..rows * len].chunks_exact_mut(len) {
-        row.copy_within(..4, 4 * size.width as usize);
+    for (x, n) in size.strips() {
+        let next = if x + n < size.width { x + n } else { 0 };
+        for y in 0..size.height {
+            let end = size.range(x, y, n).end;
+            level.copy_within(size.range(next, y, 1), end);
+        }
+        let first_row = size.range(x, 0, n + 1);
+        level.copy_within(first_row, 4 * size.place(x, size.height));
     }
-    level.copy_within(..len, rows * len);
 }
 
 /// Averages the level `source` into the next.
 fn halve(source: Size, texels: &[u16], size: Size, level: &mut [u16]) {
     let sides = [source.width, source.height];
-    let (from, to) = (source.row_len(), size.row_len());
     if sides.iter().all(|side| side.is_multiple_of(2)) {
         return dispatch!(SimdLevel::new(), simd => quarter_all(simd, source, texels, size, level));
     }
     let columns: Vec<Taps> = (0..size.width).map(|x| Taps::new(source.width, x)).collect();
     let mut blended = vec![Vec4::ZERO; source.width as usize];
-    for (y, out) in (0..size.height).zip(level.chunks_exact_mut(to)) {
+    for y in 0..size.height {
         let rows = Taps::new(source.height, y);
-        for (x, blended) in blended.iter_mut().enumerate() {
-            let texel = |y| texels.as_chunks::<4>().0[y as usize * (from / 4) + x];
+        for (x, blended) in (0..).zip(&mut blended) {
+            let texel = |y| texels.as_chunks::<4>().0[source.place(x, y)];
             *blended = rows.average(|y| Vec4::from_array(texel(y).map(f32::from)));
         }
-        for (taps, out) in columns.iter().zip(out.as_chunks_mut().0) {
+        for (x, taps) in (0..).zip(&columns) {
             let average = taps.average(|x| blended[x as usize]);
-            *out = average.to_array().map(|channel| (channel + 0.5) as u16);
+            level.as_chunks_mut().0[size.place(x, y)] =
+                average.to_array().map(|channel| (channel + 0.5) as u16);
         }
     }
 }
@@ -244,22 +274,23 @@ fn halve(source: Size, texels: &[u16], size: Size, level: &mut [u16]) {
 /// [`halve`] of a level with even sides: averages of two by two texels.
 #[inline(always)]
 fn quarter_all<S: Simd>(simd: S, source: Size, texels: &[u16], size: Size, level: &mut [u16]) {
-    let (from, to) = (source.row_len(), size.row_len());
-    let pairs = texels[..source.height as usize * from].chunks_exact(2 * from);
-    for (pair, out) in pairs.zip(level.chunks_exact_mut(to)) {
-        let (upper, lower) = pair.split_at(from);
-        let (twos, rest) = out[..4 * size.width as usize].as_chunks_mut::<8>();
-        let fours = upper.as_chunks::<16>().0.iter().zip(lower.as_chunks::<16>().0);
-        for ((upper, lower), out) in fours.zip(twos) {
-            let first = quarter(simd, &upper[..8], &lower[..8]);
-            let second = quarter(simd, &upper[8..], &lower[8..]);
-            *out = first.narrow(second).into();
-        }
-        if let [r, g, b, a] = rest {
-            let last = 8 * (size.width as usize - 1);
-            let one = quarter(simd, &upper[last..last + 8], &lower[last..last + 8]);
-            let one: [u16; 8] = one.narrow(one).into();
-            [*r, *g, *b, *a] = [one[0], one[1], one[2], one[3]];
+    for (x, n) in source.strips() {
+        for y in 0..size.height {
+            let upper = &texels[source.range(x, 2 * y, n)];
+            let lower = &texels[source.range(x, 2 * y + 1, n)];
+            let (twos, rest) = level[size.range(x / 2, y, n / 2)].as_chunks_mut::<8>();
+            let fours = upper.as_chunks::<16>().0.iter().zip(lower.as_chunks::<16>().0);
+            for ((upper, lower), out) in fours.zip(twos) {
+                let first = quarter(simd, &upper[..8], &lower[..8]);
+                let second = quarter(simd, &upper[8..], &lower[8..]);
+                *out = first.narrow(second).into();
+            }
+            if let [r, g, b, a] = rest {
+                let last = 4 * (n as usize - 2);
+                let one = quarter(simd, &upper[last..last + 8], &lower[last..last + 8]);
+                let one: [u16; 8] = one.narrow(one).into();
+                [*r, *g, *b, *a] = [one[0], one[1], one[2], one[3]];
+            }
         }
     }
 }
@@ -349,14 +380,24 @@ mod tests {
     }
 
     #[test]
-    fn rows_and_columns_begin_again_at_their_ends() {
-        let mips = Mips::new(noise(6, 5, 1));
-        for level in mips.levels() {
-            let rows: Vec<&[u16]> = level.texels.chunks_exact(4 * row_len(level.width)).collect();
-            assert_eq!(rows.len(), level.height as usize + 1);
-            assert_eq!(rows[0], rows[rows.len() - 1]);
-            let end = 4 * level.width as usize;
-            assert!(rows.iter().all(|row| row[..4] == row[end..end + 4]));
+    fn the_neighbours_right_and_below_follow_and_begin_again_at_the_ends() {
+        for (width, height) in [(6, 5), (1, 1), (32, 3), (33, 2), (64, 64), (100, 7)] {
+            let mips = Mips::new(noise(width, height, 1));
+            for level in mips.levels() {
+                let size = Size { width: level.width, height: level.height, first: 0 };
+                let stored = level.texels.as_chunks::<4>().0;
+                for (x, y) in (0..level.height).flat_map(|y| (0..level.width).map(move |x| (x, y)))
+                {
+                    let (right, below) = ((x + 1) % level.width, (y + 1) % level.height);
+                    let place = size.place(x, y);
+                    let square = [
+                        [stored[place], stored[place + 1]],
+                        [stored[place + size.stride()], stored[place + size.stride() + 1]],
+                    ];
+                    let expected = [y, below].map(|y| [x, right].map(|x| level.texel(x, y)));
+                    assert_eq!(square, expected, "{x} {y} of {width} x {height}");
+                }
+            }
         }
     }
 

@@ -14,7 +14,7 @@ use fearless_simd::{
 };
 
 use crate::sampler::Filter;
-use crate::texture::Texture;
+use crate::texture::{STRIP, Texture};
 
 /// The most levels a texture can have here.
 const MAX_LEVELS: usize = 32;
@@ -139,12 +139,15 @@ impl<'a> Sampler<'a> {
         let (columns, rows) = (side(simd, self.width, level), side(simd, self.height, level));
         let (left, x) = neighbours8(simd, place[0], columns, self.wrap[0]);
         let (upper, y) = neighbours8(simd, place[1], rows, self.wrap[1]);
-        // As `texture::row_len` has it: an odd number of cache lines.
-        let lines = ((columns + 8) >> 3) | 1;
-        let row_len = lines << 3;
-        let above = i32x8::simd_from(simd, first) + upper * row_len + left;
+        // As `texture::Size` has it.
+        let widest = i32x8::splat(simd, STRIP as i32);
+        let stride = columns.simd_lt(widest).select(columns, widest) + 1;
+        let strip_len = stride * (rows + 1);
+        let strip = (left >> STRIP.trailing_zeros()) * strip_len;
+        let above =
+            i32x8::simd_from(simd, first) + strip + upper * stride + (left & (STRIP as i32 - 1));
         taps.above[eight] = above.bitcast::<u32x8<S>>().into();
-        taps.below[eight] = (above + row_len).bitcast::<u32x8<S>>().into();
+        taps.below[eight] = (above + stride).bitcast::<u32x8<S>>().into();
         taps.x[eight] = x.into();
         taps.y[eight] = y.into();
     }
