@@ -46,13 +46,6 @@ pub(crate) struct TileDepth {
 }
 
 impl TileDepth {
-    /// The plane at a point of the picture, pixels; centres have whole numbers here.
-    #[inline(always)]
-    fn at(&self, x: f64, y: f64) -> f64 {
-        let row = self.depth + self.ddy * (y - self.origin[1]);
-        row + self.ddx * (x - self.origin[0])
-    }
-
     /// The key of a depth.
     #[inline(always)]
     fn clamped(&self, depth: f64) -> i32 {
@@ -84,12 +77,15 @@ pub(crate) fn fill<S: Simd, const N: usize>(
     mut keep: Option<&mut KeepSample<'_>>,
 ) -> u32 {
     let TileTriangle { rect, .. } = *triangle;
-    tile.touch(rect);
+    tile.touch(rect, reversed_key(triangle.depth.high as f32));
     let mut written = 0;
     let mut x = rect.x[0];
     while x < rect.x[1] {
         let column = Column::new(simd, tile, triangle, offsets, x);
-        written += column.rows::<true>(simd, tile, triangle, rect.y, keep.as_deref_mut());
+        written += match keep.as_deref_mut() {
+            None => column.rows::<true, false>(simd, tile, triangle, rect.y, None),
+            keep => column.rows::<true, true>(simd, tile, triangle, rect.y, keep),
+        };
         x += 8;
     }
     written
@@ -106,8 +102,8 @@ pub(crate) fn fill_blocks<S: Simd, const N: usize>(
 ) -> u32 {
     let TileTriangle { rect, .. } = *triangle;
     let per_row = tile.side() / BLOCK;
-    let reach = f64::from(tile.samples().reach()) / 16.0;
-    let [_, nearest] = range(tile, triangle, rect.x, rect.y, reach);
+    let range = Range::new(tile, triangle.depth);
+    let [_, nearest] = range.of(range.columns(rect.x), rect.y);
     if tile.hides_wide(simd, rect, triangle.depth.clamped(nearest)) {
         return 0;
     }
@@ -115,6 +111,7 @@ pub(crate) fn fill_blocks<S: Simd, const N: usize>(
     let mut x = rect.x[0] / BLOCK * BLOCK;
     while x < rect.x[1] {
         let column = Column::new(simd, tile, triangle, offsets, x);
+        let ways = range.columns([x, x + 8]);
         let mut y = rect.y[0];
         while y < rect.y[1] {
             let end = (y / BLOCK * BLOCK + BLOCK).min(rect.y[1]);
@@ -124,43 +121,74 @@ pub(crate) fn fill_blocks<S: Simd, const N: usize>(
                 continue;
             }
             let block = rows[0] / BLOCK * per_row + x / BLOCK;
-            let [farthest, nearest] = range(tile, triangle, [x, x + 8], rows, reach);
-            if tile.block_hides(simd, block, triangle.depth.clamped(nearest)) {
+            let [farthest, nearest] = range.of(ways, rows);
+            let nearest_key = triangle.depth.clamped(nearest);
+            if tile.block_hides(simd, block, nearest_key) {
                 continue;
             }
-            tile.touch(TileRect { x: [x, x + 1], y: rows });
-            let keep = keep.as_deref_mut();
             let is_whole =
                 column.fills(triangle, rows) && triangle.depth.needs_no_clamp(farthest, nearest);
-            written += match is_whole {
-                true => column.rows::<false>(simd, tile, triangle, rows, keep),
-                false => column.rows::<true>(simd, tile, triangle, rows, keep),
-            };
+            if is_whole && keep.is_none() {
+                let farthest_key = triangle.depth.clamped(farthest);
+                written += match tile.block_is_behind(block, farthest_key) {
+                    true => column.rows_in_front(simd, tile, triangle, rows),
+                    false => column.rows::<false, false>(simd, tile, triangle, rows, None),
+                };
+                if rows[1] - rows[0] == BLOCK {
+                    tile.cover_block(block, [farthest_key, nearest_key]);
+                    continue;
+                }
+            } else {
+                written += match (keep.as_deref_mut(), is_whole) {
+                    (None, _) => column.rows::<true, false>(simd, tile, triangle, rows, None),
+                    (keep, true) => column.rows::<false, true>(simd, tile, triangle, rows, keep),
+                    (keep, false) => column.rows::<true, true>(simd, tile, triangle, rows, keep),
+                };
+            }
+            tile.touch(TileRect { x: [x, x + 1], y: rows }, nearest_key);
         }
         x += 8;
     }
     written
 }
 
-/// The least and the greatest depth, before clamping, that the triangle's plane can have in some columns
-/// and rows: rounding keeps the order of depths along x and along y, so they are found at corners.
-#[inline(always)]
-fn range(
-    tile: &TileBuffer,
-    triangle: &TileTriangle,
-    columns: [usize; 2],
-    rows: [usize; 2],
+/// The least and the greatest depth, before clamping, that a triangle's plane can have in parts of a tile:
+/// rounding keeps the order of depths along x and along y, so they are found at corners.
+struct Range {
+    depth: TileDepth,
+    /// Upper left corner of the tile in the picture, px.
+    origin: [i32; 2],
+    /// How far samples are from the centres of their pixels, px.
     reach: f64,
-) -> [f64; 2] {
-    let TileDepth { ddx, ddy, .. } = triangle.depth;
-    let [left, top] = tile.origin();
-    let first_x = f64::from(left + columns[0] as i32) - reach;
-    let last_x = f64::from(left + columns[1] as i32 - 1) + reach;
-    let first_y = f64::from(top + rows[0] as i32) - reach;
-    let last_y = f64::from(top + rows[1] as i32 - 1) + reach;
-    let (x_far, x_near) = if ddx > 0.0 { (first_x, last_x) } else { (last_x, first_x) };
-    let (y_far, y_near) = if ddy > 0.0 { (first_y, last_y) } else { (last_y, first_y) };
-    [triangle.depth.at(x_far, y_far), triangle.depth.at(x_near, y_near)]
+}
+
+impl Range {
+    #[inline(always)]
+    fn new(tile: &TileBuffer, depth: TileDepth) -> Self {
+        Range { depth, origin: tile.origin(), reach: f64::from(tile.samples().reach()) / 16.0 }
+    }
+
+    /// What the way to some columns adds to the depth, at the far end and at the near one.
+    #[inline(always)]
+    fn columns(&self, [start, end]: [usize; 2]) -> [f64; 2] {
+        let TileDepth { ddx, origin, .. } = self.depth;
+        let first = f64::from(self.origin[0] + start as i32) - self.reach;
+        let last = f64::from(self.origin[0] + end as i32 - 1) + self.reach;
+        let (far, near) = if ddx > 0.0 { (first, last) } else { (last, first) };
+        [ddx * (far - origin[0]), ddx * (near - origin[0])]
+    }
+
+    /// In some columns and rows; operation by operation as in the rows.
+    #[inline(always)]
+    fn of(&self, [way_far, way_near]: [f64; 2], [start, end]: [usize; 2]) -> [f64; 2] {
+        let TileDepth { depth, ddy, origin, .. } = self.depth;
+        let first = f64::from(self.origin[1] + start as i32) - self.reach;
+        let last = f64::from(self.origin[1] + end as i32 - 1) + self.reach;
+        let (far, near) = if ddy > 0.0 { (first, last) } else { (last, first) };
+        let row_far = depth + ddy * (far - origin[1]);
+        let row_near = depth + ddy * (near - origin[1]);
+        [row_far + way_far, row_near + way_near]
+    }
 }
 
 /// Eight columns of pixels.
@@ -255,9 +283,9 @@ impl<S: Simd, const N: usize> Column<S, N> {
     }
 
     /// Draws some rows; returns how many samples were won. Without `PARTLY` all samples are covered, and
-    /// their depths need no clamp.
+    /// their depths need no clamp; with `KEEPS` there is a `keep` to be asked.
     #[inline(always)]
-    fn rows<const PARTLY: bool>(
+    fn rows<const PARTLY: bool, const KEEPS: bool>(
         &self,
         simd: S,
         tile: &mut TileBuffer,
@@ -283,6 +311,8 @@ impl<S: Simd, const N: usize> Column<S, N> {
         let (low, high) = (f64x4::splat(simd, depth.low), f64x4::splat(simd, depth.high));
         let (none, one) = (i32x8::splat(simd, 0), i32x8::splat(simd, 1));
         let mut written = none;
+        // Counted in f64 beside the row: a conversion takes longer.
+        let mut row_y = top + rows[0] as i32 as f64;
         for row in rows[0]..rows[1] {
             let id = match (N, PARTLY) {
                 (1, _) => id,
@@ -304,7 +334,7 @@ impl<S: Simd, const N: usize> Column<S, N> {
                         continue;
                     }
                 }
-                let y = top + row as f64 + f64::from(self.offsets[sample][1]) * (1.0 / 16.0);
+                let y = row_y + f64::from(self.offsets[sample][1]) * (1.0 / 16.0);
                 let in_row = depth.depth + depth.ddy * (y - depth.origin[1]);
                 let [near, far] = self.depths[sample];
                 let (near, far) = (near + in_row, far + in_row);
@@ -329,9 +359,9 @@ impl<S: Simd, const N: usize> Column<S, N> {
                     _ => (id & !CENTRE_COVERED).simd_lt(old_id & !CENTRE_COVERED),
                 };
                 let wins = nearer & (key.simd_gt(old_key) | lower);
-                if let Some(keep) = &mut keep {
+                if KEEPS && let Some(keep) = &mut keep {
                     let [x, y] = self.offsets[sample];
-                    let place = [16 * left + 8 + x, 16 * (top as i32 + row as i32) + 8 + y];
+                    let place = [16 * left + 8 + x, 16 * row_y as i32 + 8 + y];
                     let bits = wins.to_bitmask();
                     let bits = if bits == 0 { 0 } else { keep(triangle.id, place, bits) & bits };
                     let wins: mask32x8<S> = SimdMask::from_bitmask(simd, bits);
@@ -347,15 +377,48 @@ impl<S: Simd, const N: usize> Column<S, N> {
             if PARTLY {
                 values = [values[0] + down[0], values[1] + down[1], values[2] + down[2]];
             }
+            row_y += 1.0;
         }
         written.reduce_sum() as u32
     }
+
+    /// [`Column::rows`] where all samples are covered and nearer than what is there.
+    #[inline(always)]
+    fn rows_in_front(
+        &self,
+        simd: S,
+        tile: &mut TileBuffer,
+        triangle: &TileTriangle,
+        rows: [usize; 2],
+    ) -> u32 {
+        let TileTriangle { depth, .. } = triangle;
+        let (stride, plane) = (tile.stride(), tile.plane());
+        let [keys_start, ids_start] = tile.starts;
+        let top = f64::from(tile.origin()[1]);
+        let TileBuffer { keys, ids, .. } = tile;
+        let flag = if N == 1 { 0 } else { CENTRE_COVERED };
+        let id = u32x8::splat(simd, triangle.id | flag);
+        let mut row_y = top + rows[0] as i32 as f64;
+        for row in rows[0]..rows[1] {
+            for sample in 0..N {
+                let y = row_y + f64::from(self.offsets[sample][1]) * (1.0 / 16.0);
+                let in_row = depth.depth + depth.ddy * (y - depth.origin[1]);
+                let [near, far] = self.depths[sample];
+                let key: i32x8<S> = ((near + in_row).narrow(far + in_row) + 0.0).bitcast();
+                let start = sample * plane + row * stride + self.x;
+                key.store_slice(eight(keys, keys_start + start));
+                id.store_slice(eight(ids, ids_start + start));
+            }
+            row_y += 1.0;
+        }
+        (8 * N * (rows[1] - rows[0])) as u32
+    }
 }
 
+/// None of the three is NaN, and negative zeros are lost later: all instruction sets agree on maxima.
 #[inline(always)]
 fn clamp<S: Simd>(depth: f64x4<S>, low: f64x4<S>, high: f64x4<S>) -> f64x4<S> {
-    let depth = depth.simd_lt(low).select(low, depth);
-    depth.simd_gt(high).select(high, depth)
+    depth.max(low).min(high)
 }
 
 /// Eight values from `start` on.
@@ -372,7 +435,7 @@ pub(crate) fn fill_plain<D: DepthFormat, const BITS: u32>(
     rect: TileRect,
     mut keep: Option<&mut KeepSample<'_>>,
 ) -> u32 {
-    tile.touch(rect);
+    tile.touch(rect, i32::MAX);
     let (stride, plane) = (tile.stride(), tile.plane());
     let [left, top] = tile.origin().map(i64::from);
     let several = tile.samples() != Samples::One;

@@ -156,10 +156,11 @@ impl<S: Simd> Small<S> {
         while lanes != 0 {
             let lane = lanes.trailing_zeros() as usize % 8;
             lanes &= lanes - 1;
-            tile.touch(TileRect {
+            let rect = TileRect {
                 x: [x[lane] as usize, end_x[lane] as usize],
                 y: [y[lane] as usize, end_y[lane] as usize],
-            });
+            };
+            tile.touch(rect, i32::MAX);
         }
     }
 

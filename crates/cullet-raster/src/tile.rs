@@ -3,8 +3,8 @@
 //! Per sample the source triangle and its depth as a *key*, an integer that is larger where the
 //! sample is nearer (see [`DepthFormat::key`](crate::DepthFormat::key)); and per block of 8 x 8 pixels the farthest
 //! key, so that what lies behind a whole block is found out at once (Greene, Kass & Miller 1993,
-//! "Hierarchical Z-Buffer Visibility"). Farthest keys are made when asked for, from the samples, so
-//! they are exact.
+//! "Hierarchical Z-Buffer Visibility"). Farthest keys are made when asked for, from the samples, unless
+//! a triangle that fills the block has told enough.
 
 use fearless_simd::{Level, Simd, dispatch, i32x8, prelude::*};
 
@@ -43,17 +43,24 @@ pub struct TileBuffer {
     pub(crate) keys: Vec<i32>,
     /// The same.
     pub(crate) ids: Vec<u32>,
-    /// Farthest key of each block over all samples, when it was found. Keys only come nearer, so it is
-    /// never too near.
-    farthest: Vec<i32>,
-    /// Blocks written to since.
-    stale: Vec<bool>,
-    /// Blocks written to since the tile began.
-    touched: Vec<bool>,
-    /// The least of `farthest`, when it was found.
+    blocks: Vec<Block>,
+    /// The farthest key of all, when it was found.
     farthest_of_all: i32,
     /// Things found hidden since.
     n_hidden: u32,
+}
+
+/// What is known of the samples of a block.
+#[derive(Clone, Copy, Debug, Default)]
+struct Block {
+    /// No key is farther than this. Keys only come nearer, so it stays true.
+    farthest: i32,
+    /// No key is nearer than this.
+    nearest: i32,
+    /// Written to since `farthest` was found.
+    is_stale: bool,
+    /// Written to since the tile began.
+    is_touched: bool,
 }
 
 /// Pixels of a tile, counted from its corner: columns `x[0]..x[1]`, rows `y[0]..y[1]`.
@@ -74,7 +81,7 @@ impl TileBuffer {
         let is_alike = (self.side, self.samples) == (side, samples);
         (self.side, self.samples) = (side, samples);
         let n_blocks = (side / BLOCK) * (side / BLOCK);
-        let n_touched = self.touched.iter().filter(|touched| **touched).count();
+        let n_touched = self.blocks.iter().filter(|block| block.is_touched).count();
         if is_alike && n_touched <= n_blocks / 2 {
             self.clear_touched();
         } else {
@@ -89,12 +96,8 @@ impl TileBuffer {
                 start(self.ids.as_ptr().align_offset(4 * LINE)),
             ];
         }
-        self.farthest.clear();
-        self.farthest.resize(n_blocks, 0);
-        for flags in [&mut self.stale, &mut self.touched] {
-            flags.clear();
-            flags.resize(n_blocks, false);
-        }
+        self.blocks.clear();
+        self.blocks.resize(n_blocks, Block::default());
         (self.farthest_of_all, self.n_hidden) = (0, 0);
     }
 
@@ -102,7 +105,7 @@ impl TileBuffer {
     fn clear_touched(&mut self) {
         let per_row = self.side / BLOCK;
         let (stride, plane) = (self.stride(), self.plane());
-        for (block, _) in (0..).zip(&self.touched).filter(|(_, touched)| **touched) {
+        for (block, _) in (0..).zip(&self.blocks).filter(|(_, block)| block.is_touched) {
             let corner: usize = block / per_row * BLOCK * stride + block % per_row * BLOCK;
             for sample in 0..self.samples.count() {
                 for row in 0..BLOCK {
@@ -116,7 +119,7 @@ impl TileBuffer {
 
     /// Whether nothing has been drawn into it.
     pub fn is_empty(&self) -> bool {
-        !self.touched.contains(&true)
+        !self.blocks.iter().any(|block| block.is_touched)
     }
 
     /// Upper left corner in the picture, px.
@@ -170,16 +173,33 @@ impl TileBuffer {
         &self.keys[start..start + self.side]
     }
 
-    /// Notes that pixels of `rect` may have been written.
+    /// Notes that pixels of `rect` may have been written, with keys no nearer than `nearest`.
     #[inline(always)]
-    pub(crate) fn touch(&mut self, rect: TileRect) {
+    pub(crate) fn touch(&mut self, rect: TileRect, nearest: i32) {
         let per_row = self.side / BLOCK;
         for row in rect.y[0] / BLOCK..rect.y[1].div_ceil(BLOCK) {
             for column in rect.x[0] / BLOCK..rect.x[1].div_ceil(BLOCK).min(per_row) {
-                self.stale[row * per_row + column] = true;
-                self.touched[row * per_row + column] = true;
+                let block = &mut self.blocks[row * per_row + column];
+                block.nearest = block.nearest.max(nearest);
+                (block.is_stale, block.is_touched) = (true, true);
             }
         }
+    }
+
+    /// Notes that a triangle with keys between these covers all samples of a block: each sample has the
+    /// nearer key now of its own and the triangle's.
+    #[inline(always)]
+    pub(crate) fn cover_block(&mut self, block: usize, [farthest, nearest]: [i32; 2]) {
+        let block = &mut self.blocks[block];
+        block.farthest = block.farthest.max(farthest);
+        block.nearest = block.nearest.max(nearest);
+        block.is_touched = true;
+    }
+
+    /// Whether everything in a block is farther than `key`.
+    #[inline(always)]
+    pub(crate) fn block_is_behind(&self, block: usize, key: i32) -> bool {
+        self.blocks[block].nearest < key
     }
 
     /// Whether everything in `rect` is nearer than `key`: whether a thing that reaches no farther to
@@ -197,7 +217,7 @@ impl TileBuffer {
         for row in rect.y[0] / BLOCK..rect.y[1].div_ceil(BLOCK) {
             for column in rect.x[0] / BLOCK..rect.x[1].div_ceil(BLOCK) {
                 let block = row * per_row + column;
-                if self.farthest[block] <= key && self.farthest_of(simd, block) <= key {
+                if self.blocks[block].farthest <= key && self.farthest_of(simd, block) <= key {
                     return false;
                 }
             }
@@ -207,7 +227,7 @@ impl TileBuffer {
         if self.n_hidden == HIDDEN_TILL_ALL {
             self.n_hidden = 0;
             let mut least = i32::MAX;
-            for block in 0..self.farthest.len() {
+            for block in 0..self.blocks.len() {
                 least = least.min(self.farthest_of(simd, block));
             }
             self.farthest_of_all = least;
@@ -218,14 +238,13 @@ impl TileBuffer {
     /// Whether everything in a block is nearer than `key`.
     #[inline(always)]
     pub(crate) fn block_hides<S: Simd>(&mut self, simd: S, block: usize, key: i32) -> bool {
-        self.farthest[block] > key || self.farthest_of(simd, block) > key
+        self.blocks[block].farthest > key || self.farthest_of(simd, block) > key
     }
 
-    /// The farthest key of a block.
+    /// A key that none of a block is farther than.
     #[inline(always)]
     fn farthest_of<S: Simd>(&mut self, simd: S, block: usize) -> i32 {
-        if self.stale[block] {
-            self.stale[block] = false;
+        if self.blocks[block].is_stale {
             let per_row = self.side / BLOCK;
             let corner = block / per_row * BLOCK * self.stride() + block % per_row * BLOCK;
             let mut least = i32x8::splat(simd, i32::MAX);
@@ -236,16 +255,16 @@ impl TileBuffer {
                     least = least.min(i32x8::from_slice(simd, &self.keys[start..start + BLOCK]));
                 }
             }
-            self.farthest[block] = least.reduce_min();
+            let block = &mut self.blocks[block];
+            (block.farthest, block.is_stale) = (least.reduce_min(), false);
         }
-        self.farthest[block]
+        self.blocks[block].farthest
     }
 
     /// Memory held.
     pub fn bytes(&self) -> usize {
-        (self.keys.capacity() + self.ids.capacity() + self.farthest.capacity()) * 4
-            + self.stale.capacity()
-            + self.touched.capacity()
+        (self.keys.capacity() + self.ids.capacity()) * 4
+            + self.blocks.capacity() * size_of::<Block>()
     }
 }
 
@@ -266,7 +285,7 @@ mod tests {
             tile.keys[plane + at] = 40;
         }
         assert!(!tile.hides(Level::new(), whole, 0)); // nobody said that it was written
-        tile.touch(whole);
+        tile.touch(whole, 50);
         assert!(tile.hides(Level::new(), whole, 39));
         assert!(!tile.hides(Level::new(), whole, 40));
         assert!(!tile.hides(Level::new(), TileRect { x: [8, 17], y: [0, 8] }, 39));
