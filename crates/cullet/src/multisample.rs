@@ -5,7 +5,7 @@
 //! alpha counted in (Porter & Duff 1984, "Compositing Digital Images"), so nothing of a
 //! transparent background shows.
 
-use cullet_raster::{CENTRE_COVERED, NO_TRIANGLE, TileBuffer};
+use cullet_raster::{CENTRE_COVERED, NO_TRIANGLE, Samples, TileBuffer};
 use glam::Vec4;
 
 use crate::Region;
@@ -43,74 +43,99 @@ impl EdgeScratch {
             + self.colors.capacity() * size_of::<Vec4>()
     }
 
-    /// Sorts the pixels of a row into those of one triangle and others.
-    fn row(
-        &mut self,
-        tile: &TileBuffer,
-        [column, row]: [usize; 2],
-        y: u32,
-        x: u32,
-        out: usize,
-        width: usize,
-    ) {
-        let n_samples = tile.samples().count();
-        let mut rows: [&[u32]; MAX_SAMPLES] = [&[]; MAX_SAMPLES];
-        for (sample, ids) in rows.iter_mut().enumerate().take(n_samples) {
-            *ids = &tile.ids(sample, row)[column..column + width];
-        }
+    /// Sorts the pixels of a row, from `x`, `y` in the picture on, into those of one triangle and others.
+    /// `ids` are those of all samples; pixels go to `out` and on.
+    fn row<const N: usize>(&mut self, ids: [&[u32]; N], offsets: &[[i32; 2]; N], place: Place) {
         let start = self.whole.len();
-        self.whole.extend_from_slice(rows[0]);
-        let whole = &mut self.whole[start..];
-        let mut differences = 0;
-        for ids in &rows[1..n_samples] {
-            for (whole, (id, first)) in whole.iter_mut().zip(ids.iter().zip(rows[0])) {
-                let differs = (id ^ first) & !CENTRE_COVERED != 0;
-                *whole = if differs { MIXED } else { *whole };
-                differences += u32::from(differs);
+        self.whole.resize(start + ids[0].len(), NO_TRIANGLE);
+        let width = ids[0].len();
+        let mut first = 0;
+        while first < width {
+            let n = (width - first).min(8);
+            let mut eight = [[NO_TRIANGLE; 8]; N];
+            for sample in 0..N {
+                eight[sample][..n].copy_from_slice(&ids[sample][first..first + n]);
             }
+            let mut differs = [0; 8];
+            for sample in 1..N {
+                for lane in 0..8 {
+                    differs[lane] |= (eight[sample][lane] ^ eight[0][lane]) & !CENTRE_COVERED;
+                }
+            }
+            let whole = &mut self.whole[start + first..start + first + n];
+            for (lane, whole) in whole.iter_mut().enumerate() {
+                let id = eight[0][lane];
+                let is_seen = id != NO_TRIANGLE && differs[lane] == 0;
+                *whole = if is_seen { id & !CENTRE_COVERED } else { NO_TRIANGLE };
+            }
+            if differs != [0; 8] {
+                for lane in (0..n).filter(|lane| differs[*lane] != 0) {
+                    let ids = std::array::from_fn(|sample| eight[sample][lane]);
+                    self.edge(ids, offsets, place.right(first + lane));
+                }
+            }
+            first += n;
         }
-        for (i, whole) in whole.iter_mut().enumerate() {
-            if *whole != MIXED || differences == 0 {
-                *whole = if *whole == NO_TRIANGLE { *whole } else { *whole & !CENTRE_COVERED };
+    }
+
+    /// A pixel whose samples see different triangles.
+    #[inline(always)]
+    fn edge<const N: usize>(&mut self, mut ids: [u32; N], offsets: &[[i32; 2]; N], place: Place) {
+        let n_before = self.wanted.len();
+        for sample in 0..N {
+            let seen = ids[sample];
+            if seen == NO_TRIANGLE {
                 continue;
             }
-            *whole = NO_TRIANGLE;
-            let mut ids = [NO_TRIANGLE; MAX_SAMPLES];
-            for (id, ids) in ids.iter_mut().zip(&rows[..n_samples]) {
-                *id = ids[i];
+            // This and all later samples of the triangle.
+            let mut weight = 0;
+            for id in &mut ids[sample..] {
+                let same = (*id ^ seen) & !CENTRE_COVERED == 0;
+                weight += u32::from(same);
+                *id = if same { NO_TRIANGLE } else { *id };
             }
-            let n_before = self.wanted.len();
-            for sample in 0..n_samples {
-                let seen = ids[sample];
-                if seen == NO_TRIANGLE {
-                    continue;
-                }
-                // This and all later samples of the triangle.
-                let mut weight = 0;
-                for id in &mut ids[sample..n_samples] {
-                    let same = (*id ^ seen) & !CENTRE_COVERED == 0;
-                    weight += u32::from(same);
-                    *id = if same { NO_TRIANGLE } else { *id };
-                }
-                let [dx, dy] = match seen & CENTRE_COVERED {
-                    0 => tile.samples().offsets()[sample],
-                    _ => [0, 0],
-                };
-                let (x, y) = ((x as i32 + i as i32) * 16 + 8 + dx, y as i32 * 16 + 8 + dy);
-                self.wanted.push(Wanted { id: seen & !CENTRE_COVERED, x, y });
-                self.weights.push(weight as f32);
-            }
-            let n_wanted = (self.wanted.len() - n_before) as u32;
-            self.edges.push(Edge { out: (out + i) as u32, n_wanted });
+            let [dx, dy] = if seen & CENTRE_COVERED == 0 { offsets[sample] } else { [0, 0] };
+            let (x, y) = (place.x as i32 * 16 + 8 + dx, place.y as i32 * 16 + 8 + dy);
+            self.wanted.push(Wanted { id: seen & !CENTRE_COVERED, x, y });
+            self.weights.push(weight as f32);
+        }
+        let n_wanted = (self.wanted.len() - n_before) as u32;
+        self.edges.push(Edge { out: place.out as u32, n_wanted });
+    }
+
+    /// [`EdgeScratch::row`] for all rows of a rectangle, whose upper left pixel is at `column`, `row` in
+    /// `tile`.
+    fn rows<const N: usize>(
+        &mut self,
+        tile: &TileBuffer,
+        rect: Region,
+        [column, row]: [u32; 2],
+        stride: usize,
+    ) {
+        let offsets: &[[i32; 2]; N] = tile.samples().offsets().first_chunk().expect("N samples");
+        let columns = column as usize..(column + rect.width) as usize;
+        for i in 0..rect.height {
+            let ids = |sample| &tile.ids(sample, (row + i) as usize)[columns.clone()];
+            let place = Place { x: rect.x, y: rect.y + i, out: i as usize * stride };
+            self.row::<N>(std::array::from_fn(ids), offsets, place);
         }
     }
 }
 
-/// The most samples of a pixel.
-const MAX_SAMPLES: usize = 8;
+/// A pixel of the picture, and where it goes.
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    x: u32,
+    y: u32,
+    out: usize,
+}
 
-/// No triangle has this id.
-const MIXED: u32 = NO_TRIANGLE - 1;
+impl Place {
+    /// `n` pixels to the right.
+    fn right(self, n: usize) -> Self {
+        Place { x: self.x + n as u32, out: self.out + n, ..self }
+    }
+}
 
 impl TileShader<'_> {
     /// Colours `rect`, whose upper left pixel is at `place` in `tile`, and the background. Returns how
@@ -128,9 +153,11 @@ impl TileShader<'_> {
         scratch.wanted.clear();
         scratch.weights.clear();
         let width = rect.width as usize;
-        for i in 0..rect.height {
-            let at = [place[0] as usize, (place[1] + i) as usize];
-            scratch.row(tile, at, rect.y + i, rect.x, i as usize * out.stride, width);
+        match tile.samples() {
+            Samples::One => scratch.rows::<1>(tile, rect, place, out.stride),
+            Samples::Two => scratch.rows::<2>(tile, rect, place, out.stride),
+            Samples::Four => scratch.rows::<4>(tile, rect, place, out.stride),
+            Samples::Eight => scratch.rows::<8>(tile, rect, place, out.stride),
         }
         let n_whole = self.blocks(rect, &scratch.whole, width, out);
         scratch.colors.clear();
