@@ -145,7 +145,7 @@ def whole_process(a, jobs):
             png, stats = os.path.join(folder, "x.png"), os.path.join(folder, "stats.json")
             ours = [a.cullet, "render", scene.path, "-o", png]
             theirs = ["python3", program, "--scene", scene.path, "--camera", scene.camera, "--size", "1280x720",
-                      "--frames", "1", "--warmup", "0", "--cull", "--out", png, "--json"]
+                      "--frames", "1", "--warmup", "0", "--cull", "--no-blend", "--out", png, "--json"]
             walls = [(runners.wall_ms(ours, 2), runners.wall_ms(theirs, 2)) for _ in range(5)]
             runners.wall_ms(ours + ["--stats", stats], 2)
             with open(stats) as f:

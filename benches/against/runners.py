@@ -42,7 +42,7 @@ def llvmpipe(scene, camera, aa, mode, cores, frames, budget, lp, submit, out="/d
     """The record of the llvmpipe program; it culls objects by itself within the time."""
     from llvmpipe_render import run
     args = ["--scene", scene, "--camera", camera, "--frames", frames, "--warmup", warmup, "--budget", budget, "--cpus", cores,
-            "--msaa", 4 if aa == "msaa4" else 0, "--mode", mode, "--cull", "--threads", lp, "--submit", submit, "--out", out]
+            "--msaa", 4 if aa == "msaa4" else 0, "--mode", mode, "--cull", "--no-blend", "--threads", lp, "--submit", submit, "--out", out]
     args += ["--dump", dump] if dump else []
     args += ["--size", size] if size else []
     return run(args)
