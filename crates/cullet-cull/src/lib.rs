@@ -53,6 +53,7 @@
 extern crate alloc;
 
 mod aabb;
+mod apex;
 mod contribution;
 mod corners;
 mod frustum;
