@@ -31,8 +31,11 @@ use super::planes8::Plane32;
 use super::{Box32, Boxes8, Group, Level, Planes8};
 use crate::Frustum;
 
-/// [`Boxes8`] with an index of 12 bytes a box before it: 36 bytes a box in all, and half the time
-/// where boxes come from memory (bench `cull`); in the caches a little slower.
+/// [`Boxes8`] with an index of 12 bytes a box before it, 36 bytes a box in all.
+///
+/// For long lists: a million boxes that come from memory take 1.3 to 1.8 times less than in
+/// [`Boxes8`], 100 000 in a large cache about as much, a thousand up to twice as much (bench
+/// `cull`).
 ///
 /// Groups of eight with a box that the grid does not hold are always asked as they are: empty ones,
 /// NaN, infinite ones, and those far out, beyond four times what half of the boxes keep to.
@@ -132,10 +135,9 @@ fn visible<S: Simd, const N: usize>(
     let zero = f32x8::splat(simd, 0.0);
     let mut ends = [[[zero; 2]; 3]; N];
     for i in 0..N {
-        for axis in 0..3 {
-            let row = i16x16::simd_from(simd, groups[i].rows[axis]);
-            let (min, max) = simd.widen_i16x16(row);
-            ends[i][axis] = [min.to_float(), max.to_float()];
+        for (row, ends) in groups[i].rows.iter().zip(&mut ends[i]) {
+            let (min, max) = simd.widen_i16x16(i16x16::simd_from(simd, *row));
+            *ends = [min.to_float(), max.to_float()];
         }
     }
     let [first, others @ ..] = planes;
