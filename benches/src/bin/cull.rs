@@ -10,7 +10,7 @@ use cullet_benches::boxes::{Sees, World, seen};
 use cullet_benches::memory::Memory;
 use cullet_benches::peers::{Flat, Obvhs, Planes, SphereThenBox, SvenstaroBvh};
 use cullet_cull::Hierarchy;
-use cullet_cull::wide::{Boxes8, Level};
+use cullet_cull::wide::{Boxes8, Coarse8, Level};
 use cullet_measure::{Align, Comparison, Rounds, Table};
 
 fn main() {
@@ -27,6 +27,8 @@ fn main() {
         ("tree us", right),
         ("near-far us", right),
         ("flat8 ns/box", right),
+        ("coarse8 ns/box", right),
+        ("flat8/coarse8", right),
         ("scalar ns/box", right),
         ("scalar/flat8", right),
         ("sphere+box", right),
@@ -52,6 +54,7 @@ fn measure(world: World, n: usize, table: &mut Table) {
     let level = Level::new();
     let boxes = world.boxes(n);
     let wide = Boxes8::new(&boxes);
+    let coarse = Coarse8::new(wide.clone());
     let start = std::time::Instant::now();
     let tree = Hierarchy::build(&boxes);
     eprintln!("{} {n}: our tree in {:.0?}", world.name(), start.elapsed());
@@ -70,6 +73,7 @@ fn measure(world: World, n: usize, table: &mut Table) {
         let n_views = (1_000_000 / n).clamp(at_least, 200);
         let views = sees.views(&boxes, n_views);
         let mut bits = vec![0; wide.n_groups()];
+        let mut coarse_bits = bits.clone();
         let (mut bools, mut more_bools) = (vec![false; n], vec![false; n]);
         let [mut ours, mut sorted, mut theirs, mut others] =
             [(); 4].map(|()| Vec::with_capacity(n));
@@ -137,6 +141,13 @@ fn measure(world: World, n: usize, table: &mut Table) {
                     black_box(&mut others);
                 }
             },
+            &mut &fetch,
+            &mut || {
+                for view in &views {
+                    coarse.visible_into(view, level, &mut coarse_bits);
+                    black_box(&mut coarse_bits);
+                }
+            },
         ]);
         let seconds: Vec<_> = seconds.into_iter().skip(1).step_by(2).collect();
         let least =
@@ -154,6 +165,8 @@ fn measure(world: World, n: usize, table: &mut Table) {
             format!("{:.3}", 1e6 * least(0)),
             format!("{:.3}", 1e6 * least(1)),
             format!("{:.2}", 1e9 * least(2) / n as f64),
+            format!("{:.2}", 1e9 * least(7) / n as f64),
+            ratio(7, 2),
             format!("{:.2}", 1e9 * least(3) / n as f64),
             ratio(2, 3),
             ratio(0, 4),

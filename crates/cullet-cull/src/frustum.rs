@@ -46,8 +46,8 @@ pub struct Frustum {
     pub planes: [Plane; 6],
     /// Rounded; points (`w = 1`), or with infinite far the last four are directions
     /// (`w = 0`, length of one unit of view depth): the corner in the limit along that direction.
-    /// Where an oblique matrix tips the far plane over the horizon there are corners with
-    /// `w = -1`: no points of the volume, which is open there.
+    /// Where an oblique matrix tips the far plane over the horizon, or a matrix without inverse has
+    /// no end, there are corners with `w = -1`: no points of the volume, which is open there.
     pub corners: [DVec4; 8],
     /// Per plane, the sizes of what its coefficients were summed from.
     pub(crate) terms: [Plane; 6],
@@ -164,7 +164,7 @@ impl Frustum {
 
     /// Whether there is a far plane at a finite distance.
     pub fn has_far(&self) -> bool {
-        self.corners[7].w != 0.0
+        self.planes[5].offset < f64::INFINITY && self.corners[7].w != 0.0
     }
 
     /// A box around all of the volume, counted from [`Frustum::origin`]; infinite where the

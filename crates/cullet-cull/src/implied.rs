@@ -10,7 +10,9 @@
 //!
 //! A view volume is a slice of a four-dimensional cone over a cube, whatever the matrix: so its
 //! edges lie between neighbouring faces of the cube, 12 at most, and its corners
-//! between three, 8 at most; also where oblique projections tear it open.
+//! between three, 8 at most; also where oblique projections tear it open. A matrix without inverse
+//! flattens the cone, and needs no other planes: its rows depend on each other, so weights on
+//! opposite faces can be exchanged for equal ones until one of the two is zero.
 //!
 //! Rows are `[x, y, z, offset]`, positive inside, in the order of `PlaneMask`.
 
@@ -75,20 +77,28 @@ pub(crate) fn corner_planes<N: Number>(planes: &[Row<N>; 6]) -> impl Iterator<It
 /// planes are positive: a point for `w > 0`, a direction for `w = 0`, and for `w < 0` a corner that
 /// lies beyond infinity. `None` if they do not meet in one.
 pub(crate) fn corner<N: Number>(planes: &[Row<N>; 6], corner: usize) -> Option<Row<N>> {
-    let [a, b, c] = planes_of_corner(corner).map(|p| &planes[p]);
+    let meeting = meeting(planes_of_corner(corner).map(|p| &planes[p]));
+    let opposite = &planes[planes_of_corner(!corner & 7)[0]];
+    match at(opposite, &meeting).sign()? {
+        Greater => Some(meeting),
+        Equal => None,
+        Less => Some(meeting.map(|x| x.negated())),
+    }
+}
+
+/// Where three planes meet, on either side of zero; all zero if they share a line.
+pub(crate) fn meeting<N: Number>([a, b, c]: [&Row<N>; 3]) -> Row<N> {
     let cofactor = |[u, v, w]: [usize; 3]| {
         a[u].times(&minor(b, c, v, w))
             .plus(&a[v].times(&minor(b, c, w, u)))
             .plus(&a[w].times(&minor(b, c, u, v)))
     };
-    let meeting = [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]].map(cofactor);
-    let opposite = &planes[planes_of_corner(!corner & 7)[0]];
-    let side = (0..4).fold(N::zero(), |sum, i| sum.plus(&opposite[i].times(&meeting[i])));
-    match side.sign()? {
-        Greater => Some(meeting),
-        Equal => None,
-        Less => Some(meeting.map(|x| x.negated())),
-    }
+    [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]].map(cofactor)
+}
+
+/// The value of a plane at `[x, y, z, w]`.
+pub(crate) fn at<N: Number>(plane: &Row<N>, point: &Row<N>) -> N {
+    (0..4).fold(N::zero(), |sum, i| sum.plus(&plane[i].times(&point[i])))
 }
 
 fn minor<N: Number>(a: &Row<N>, b: &Row<N>, u: usize, v: usize) -> N {

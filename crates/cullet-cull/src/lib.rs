@@ -26,7 +26,7 @@
 //! | may this box be visible? | [`visible`], by any [`Test`]; [`planes_cutting`] also says what to clip |
 //! | exactly? | [`Sat`], [`classify`] |
 //! | several tests, counted? | [`Ladder`], [`CullStats`] |
-//! | many boxes? | [`wide::Boxes8`] for a list, [`Hierarchy`] for a world |
+//! | many boxes? | [`wide::Boxes8`] for a list, [`wide::Coarse8`] for a long one, [`Hierarchy`] for a world |
 //! | which lights matter where? | [`light_visible`], [`Clusters`] |
 //! | too small to matter? | [`projected_size_px`] |
 //! | how large is a mesh that moves? | [`bounds`] |
@@ -53,6 +53,7 @@
 extern crate alloc;
 
 mod aabb;
+mod apex;
 mod contribution;
 mod corners;
 mod frustum;

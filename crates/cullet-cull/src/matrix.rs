@@ -16,11 +16,15 @@ use core::cmp::Ordering::{Equal, Greater, Less};
 
 use glam::{DMat4, DVec3, DVec4};
 
+use crate::apex;
 use crate::frustum::{AT_INFINITY, CORNER_SLACK};
 use crate::implied::{self, Row};
 use crate::number::{Expansion, Interval, Number};
 use crate::rounding::{ROUNDING, two_sum};
 use crate::{Aabb, Frustum, Plane};
+
+/// The index of the near plane; the far plane comes after it, the sides before.
+const NEAR: usize = cullet_transform::Plane::Near.index();
 
 /// What clip-space z means.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -38,7 +42,8 @@ pub enum DepthRange {
 pub enum FrustumError {
     /// An entry is NaN or infinite, or a plane lies farther away than numbers reach.
     NotFinite,
-    /// The matrix, or one of its planes, has no inverse as far as arithmetic can tell.
+    /// The sides do not meet in one point or direction: rows x, y and w depend on each other, as
+    /// far as arithmetic can tell. (Row z may depend on them.)
     Singular,
     /// No point of space is inside, as with a matrix of the opposite sign.
     Empty,
@@ -50,7 +55,9 @@ impl core::fmt::Display for FrustumError {
             FrustumError::NotFinite => {
                 "frustum: an entry of the matrix is not finite, or a plane too far away for numbers"
             }
-            FrustumError::Singular => "frustum: the matrix has no inverse",
+            FrustumError::Singular => {
+                "frustum: the matrix has no sides: its rows x, y and w depend on each other"
+            }
             FrustumError::Empty => "frustum: the matrix puts no point of space inside",
         })
     }
@@ -95,6 +102,11 @@ impl Frustum {
     /// The view volume of a matrix from the space of the boxes to clip space; its origin is
     /// zero. A far plane (or any other) with a zero normal excludes nothing: infinite far.
     ///
+    /// The matrix need not have an inverse: where rounding has taken the near distance from it, or
+    /// z is w or 0 on purpose, near and far exclude what their rows say, and the volume is open
+    /// towards the corners that are gone. With parallel sides that is all eight, and then the
+    /// reverse test keeps everything.
+    ///
     /// Matrices of scenes far from their zero have lost what they have lost; where the eye is
     /// known, [`Frustum::from_camera`] has not.
     pub fn from_matrix(
@@ -115,20 +127,23 @@ impl Frustum {
         let mut planes = [AT_INFINITY; 6];
         let mut rows: [Row<Interval>; 6] = from_fn(|_| from_fn(|_| Interval::zero()));
         for (i, sums) in exact.sums().into_iter().enumerate() {
-            let sums = Normalized::new(sums)?;
+            let sums = Normalized::new(sums, i >= NEAR)?;
             rows[i] = sums.row();
             if let Some(plane) = sums.plane()? {
                 planes[i] = plane;
             }
         }
 
-        let mut corners = [(DVec4::ZERO, DVec3::ZERO); 8];
-        for (i, corner) in corners.iter_mut().enumerate() {
-            *corner = rounded(implied::corner(&rows, i).ok_or(FrustumError::Singular)?);
-        }
-        if corners.iter().all(|(corner, _)| corner.w <= 0.0) {
-            return Err(FrustumError::Empty);
-        }
+        let exact = scaled.into_iter().all(exact_range).then_some(exact);
+        let corners: [Option<Row<Interval>>; 8] = from_fn(|i| implied::corner(&rows, i));
+        let corners = match (corners, exact) {
+            ([Some(a), Some(b), Some(c), Some(d), Some(e), Some(f), Some(g), Some(h)], _) => {
+                apex::with_a_point([a, b, c, d, e, f, g, h])?
+            }
+            (_, Some(exact)) => apex::corners(&exact.planes())?,
+            (_, None) => return Err(FrustumError::Singular),
+        };
+        let corners = corners.map(rounded);
         let frustum = Frustum {
             origin: DVec3::ZERO,
             planes: planes.map(|(plane, _)| plane),
@@ -138,7 +153,7 @@ impl Frustum {
             bounds: Aabb::INFINITE,
             slack: ROUNDING,
             errors: planes.map(|(_, terms)| terms),
-            exact: scaled.into_iter().all(exact_range).then_some(exact),
+            exact,
         };
         Ok(frustum.outset(ROUNDING))
     }
@@ -151,13 +166,19 @@ struct Normalized {
 }
 
 impl Normalized {
-    fn new(sums: [[f64; 2]; 4]) -> Result<Self, FrustumError> {
+    /// A plane `of_depth` may be nothing but zeros: then it holds everywhere.
+    fn new(mut sums: [[f64; 2]; 4], of_depth: bool) -> Result<Self, FrustumError> {
         let normal = sums.iter().take(3).fold(0.0, |most: f64, [a, b]| most.max((a + b).abs()));
         let [a, b] = sums[3];
-        let largest = if normal == 0.0 { a + b } else { normal };
-        if normal == 0.0 && largest <= 0.0 {
-            let error = if largest < 0.0 { FrustumError::Empty } else { FrustumError::Singular };
-            return Err(error);
+        let mut largest = if normal == 0.0 { a + b } else { normal };
+        if normal == 0.0 && largest < 0.0 {
+            return Err(FrustumError::Empty);
+        }
+        if largest == 0.0 {
+            if !of_depth {
+                return Err(FrustumError::Singular);
+            }
+            (sums[3], largest) = ([1.0, 0.0], 1.0);
         }
         let scale = -libm::ilogb(largest);
         let sums = sums.map(|sum| sum.map(|x| libm::scalbn(x, scale)));
@@ -292,8 +313,88 @@ mod tests {
         check(DMat4::ZERO, FrustumError::Singular);
         check(DMat4::from_diagonal(DVec4::new(1.0, 0.0, 1.0, 1.0)), FrustumError::Singular);
         check(good * DMat4::from_scale(DVec3::new(0.0, 1.0, 1.0)), FrustumError::Singular);
+        // x = -w: the left plane is nothing but zeros.
+        let mut rows = good.transpose();
+        rows.x_axis = -rows.w_axis;
+        check(rows.transpose(), FrustumError::Singular);
+        // A flat picture of what is not there.
+        check(DMat4::from_diagonal(DVec4::new(1.0, 1.0, 0.0, -1.0)), FrustumError::Empty);
         check(good * DMat4::from_scale(DVec3::new(1.0, 1.0, 0.0)), FrustumError::Empty);
         check(-good, FrustumError::Empty);
+    }
+
+    fn point(x: f64, y: f64, z: f64) -> Aabb {
+        Aabb { min: DVec3::new(x, y, z), max: DVec3::new(x, y, z) }
+    }
+
+    #[test]
+    fn a_near_distance_that_rounding_took_leaves_a_pyramid() {
+        let eye = DVec3::new(300.0, -20.0, 7000.0);
+        for depth in [DepthRange::Reversed, DepthRange::ZeroToOne, DepthRange::MinusOneToOne] {
+            // What an engine that computes in f32 has left of a near distance of 1e-5, and the
+            // sky that it draws with z = w.
+            let window = Window { near: 1e-5, ..window(f64::INFINITY) };
+            let clip_from_view = with_depth(&window.clip_from_view(), depth).as_mat4();
+            let mut matrix =
+                (clip_from_view * glam::Mat4::from_translation(-eye.as_vec3())).as_dmat4();
+            if depth == DepthRange::Reversed {
+                let mut rows = matrix.transpose();
+                rows.z_axis = DVec4::ZERO;
+                matrix = rows.transpose();
+            } else {
+                assert_eq!(matrix.row(2), matrix.row(3));
+            }
+            let frustum = Frustum::from_matrix(&matrix, depth).expect("a frustum");
+            assert!(!frustum.has_far());
+            for corner in &frustum.corners[..4] {
+                // The eye, as far as f32 knows it.
+                assert!((corner.truncate() - eye).abs().max_element() < 1e-2 && corner.w == 1.0);
+            }
+            for (i, corner) in frustum.corners.iter().enumerate().skip(4) {
+                let [x, y] = [corner.x / -corner.z, corner.y / -corner.z];
+                let edge = |bit: usize, low: f64, high: f64| if i & bit == 0 { low } else { high };
+                assert!((x - edge(1, -1.0, 2.0)).abs() < 1e-5 && corner.z < 0.0, "{corner}");
+                assert!((y - edge(2, -0.5, 1.5)).abs() < 1e-5 && corner.w == 0.0, "{corner}");
+            }
+            for (bounds, expected) in [
+                (point(eye.x, eye.y, eye.z).grown(1e-2), true),
+                (point(eye.x + 15.0, eye.y, eye.z - 10.0), true),
+                (point(eye.x + 25.0, eye.y, eye.z - 10.0), false),
+                (point(eye.x, eye.y, eye.z + 1e-3), false),
+                (point(eye.x, eye.y, eye.z - 1e30), true),
+            ] {
+                for test in [Test::PVertex, Test::Both, Test::Sat] {
+                    assert_eq!(visible(test, &frustum, &bounds), expected, "{bounds:?} {depth:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_near_distance_below_rounding_is_still_there() {
+        // The rows hold it, the corners of the near plane cannot.
+        let window = Window { near: 1e-30, ..window(f64::INFINITY) };
+        let eye = DVec3::new(300.0, -20.0, 7000.0);
+        let matrix = window.clip_from_view() * DMat4::from_translation(-eye);
+        let frustum = Frustum::from_matrix(&matrix, DepthRange::Reversed).expect("a frustum");
+        assert!(!frustum.has_far());
+        assert!(!visible(Test::Sat, &frustum, &point(eye.x, eye.y, eye.z)));
+        assert!(visible(Test::Sat, &frustum, &point(eye.x, eye.y, eye.z.next_down())));
+    }
+
+    #[test]
+    fn a_flat_picture_is_a_prism_without_ends() {
+        let flat = DMat4::from_diagonal(DVec4::new(0.5, 0.25, 0.0, 1.0));
+        for depth in [DepthRange::ZeroToOne, DepthRange::MinusOneToOne, DepthRange::Reversed] {
+            let frustum = Frustum::from_matrix(&flat, depth).expect("a frustum");
+            assert!(!frustum.has_far() && frustum.corners.iter().all(|corner| corner.w == -1.0));
+            assert_eq!(frustum.bounds(), Aabb::INFINITE);
+            for z in [0.0, -1e9, 1e300] {
+                assert!(visible(Test::Sat, &frustum, &point(2.0, -4.0, z)));
+                assert!(!visible(Test::PVertex, &frustum, &point(2.0_f64.next_up() * 2.0, 0.0, z)));
+                assert!(!visible(Test::Sat, &frustum, &point(2.0_f64.next_up(), 0.0, z)));
+            }
+        }
     }
 
     #[test]

@@ -38,9 +38,32 @@ pub fn table(new: &Value, old: &Value) -> String {
                 if b == 0.0 { String::new() } else { format!("{:+.1}%", 100.0 * (a / b - 1.0)) };
             table.push([name.to_owned(), number(b), number(a), change]);
         }
-        _ => table.push([name.to_owned(), old.to_string(), new.to_string()]),
+        _ => table.push([name.to_owned(), short(old), short(new)]),
     });
     format!("\nchanged ({n_same} figures did not):\n{table}")
+}
+
+/// A value in a few characters: of what only one report has, how many figures that are.
+fn short(value: &Value) -> String {
+    const MOST: usize = 40;
+    match value {
+        Value::Object(_) | Value::Array(_) => format!("({} figures)", n_figures(value)),
+        value => {
+            let text = value.to_string();
+            match text.char_indices().nth(MOST) {
+                Some((end, _)) => format!("{}…", &text[..end]),
+                None => text,
+            }
+        }
+    }
+}
+
+fn n_figures(value: &Value) -> usize {
+    match value {
+        Value::Object(all) => all.values().map(n_figures).sum(),
+        Value::Array(all) => all.iter().map(n_figures).sum(),
+        _ => 1,
+    }
 }
 
 fn number(value: f64) -> String {
@@ -94,5 +117,18 @@ mod tests {
             ]
         );
         assert!(text.contains("2 figures did not"), "{text}");
+    }
+
+    #[test]
+    fn lines_stay_short_whatever_a_report_lacks() {
+        let level = json!({"tested": 8, "tests": {"sat": {"in": 1, "out": 7}}});
+        let old = json!({"levels": [level, level], "gone": [1, 2], "name": "a".repeat(500)});
+        let new = json!({"levels": [level], "name": "é".repeat(500)});
+        let text = table(&new, &old);
+        let lines: Vec<&str> = text.lines().skip(3).collect();
+        assert_eq!(lines.len(), 3, "{text}");
+        assert!(lines[0].starts_with("levels.1") && lines[0].contains("(3 figures)"), "{text}");
+        assert!(lines[2].starts_with("gone") && lines[2].contains("(2 figures)"), "{text}");
+        assert!(lines.iter().all(|line| line.chars().count() <= 100), "{text}");
     }
 }

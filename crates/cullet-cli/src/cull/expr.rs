@@ -10,7 +10,8 @@
 //! ```
 //!
 //! A path names a figure as the JSON has it, keys joined by dots, places in lists by number;
-//! `old.` before it asks the report of `--compare`. A condition holds where it is not 0.
+//! `old.` before it asks the report of `--compare`. A condition holds where it is not 0. What is
+//! divided by 0 is no number, nor is any condition that it is part of.
 
 use serde_json::Value;
 
@@ -32,14 +33,14 @@ pub struct Asked {
     pub figures: Vec<String>,
 }
 
-/// Whether the condition `text` holds. A value that is no number (0 / 0) decides nothing, and is a
+/// Whether the condition `text` holds. A value that is no number (1 / 0) decides nothing, and is a
 /// fault.
 pub fn holds(text: &str, reports: Reports<'_>) -> Result<Asked, String> {
     let mut parser =
         Parser { rest: text.trim_start(), reports: Some(reports), depth: 0, figures: Vec::new() };
     let value = parser.whole()?;
     if value.is_nan() {
-        return Err("its value is not a number".into());
+        return Err("its value is not a number: something is divided by 0".into());
     }
     Ok(Asked { holds: value != 0.0, figures: parser.figures })
 }
@@ -148,7 +149,9 @@ impl<'a> Parser<'a> {
             if self.take("*") {
                 value *= self.value()?;
             } else if self.take("/") {
-                value /= self.value()?;
+                // Above every number it would let a gate fail, or pass, that has nothing to compare.
+                let divisor = self.value()?;
+                value = if divisor == 0.0 { f64::NAN } else { value / divisor };
             } else {
                 return Ok(value);
             }
@@ -197,6 +200,9 @@ impl<'a> Parser<'a> {
         let (word, rest) = self.rest.split_at(end);
         self.rest = rest.trim_start();
         let number: f64 = word.parse().map_err(|_| format!("`{word}` is no number"))?;
+        if number.is_infinite() {
+            return Err(format!("`{word}` is too large a number"));
+        }
         Ok(if self.take("%") { number / 100.0 } else { number })
     }
 
@@ -298,6 +304,10 @@ mod tests {
             ("tests > 0", "no figure"),
             ("0 / 0 < 1", "not a number"),
             ("0 / 0 || 1", "not a number"),
+            ("1 / 0 > 1", "divided by 0"),
+            ("1 / (tests.sat.in - 6) > 1 && 0", "divided by 0"),
+            ("-1 / 0", "divided by 0"),
+            ("1e999 > 1", "too large"),
             ("tests.sat.in.x > 0", "is no number"),
         ] {
             let fault = ask(text).unwrap_err();

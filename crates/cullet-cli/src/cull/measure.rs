@@ -465,6 +465,18 @@ impl AddAssign<&Figures> for Figures {
     }
 }
 
+impl TreeFigures {
+    /// Nodes there are, without the box around everything.
+    pub fn n_nodes(&self) -> u64 {
+        self.levels.iter().map(|level| level.n_nodes).sum()
+    }
+
+    /// Nodes that the walk tested, likewise.
+    pub fn n_nodes_tested(&self) -> u64 {
+        self.walked.iter().map(|counts| counts.tested).sum()
+    }
+}
+
 impl TestFigures {
     fn count(&mut self, kept: bool, visible: bool) {
         self.n_in += u64::from(kept);

@@ -15,7 +15,7 @@ mod waste;
 
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{ArgGroup, Args};
 use cullet::Level;
 use cullet::cull::Verdict;
 use cullet::cull::distributions::Distribution;
@@ -35,6 +35,7 @@ use waste::Waste;
 
 /// Measure what each culling test rejects, leaves over, costs and saves
 #[derive(Args, Clone, Debug)]
+#[command(group(ArgGroup::new("asked").args(["scene", "boxes", "distributions"]).multiple(true).required(true)))]
 pub struct CullArgs {
     /// A .glb, .gltf or .obj file; `-` reads a .glb from standard input; `synth:NAME[:PARAMETER]`
     /// computes a scene (`cullet synth --list` names them)
@@ -45,7 +46,6 @@ pub struct CullArgs {
     limits: Limits,
     /// Test these boxes instead of a scene: one {"min":[x,y,z],"max":[x,y,z]} per line
     #[arg(long, value_name = "FILE.jsonl", conflicts_with = "scene")]
-    #[arg(required_unless_present_any = ["scene", "distributions"])]
     boxes: Option<PathBuf>,
     /// Keep the boxes of the file in f64; without it they are read as f32
     #[arg(long, requires = "boxes")]
@@ -109,7 +109,7 @@ pub struct CullArgs {
     compare: Option<PathBuf>,
     /// Exit with 1 if this holds, e.g. `tests.both.false_visible > 0` or, with --compare,
     /// `hierarchy.walk_ms > 1.2 * old.hierarchy.walk_ms`: figures are named as in the JSON; numbers,
-    /// + - * / ( ) < <= > >= == != && ||. May be given more than once
+    /// + - * / ( ) < <= > >= == != && ||; to divide by 0 is wrong usage. May be given more than once
     #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
     fail_if: Vec<String>,
 }

@@ -86,8 +86,8 @@ fn tree(measured: &Measured) -> String {
          keeps {}\n",
         measured.build_ms,
         tree.ms.warm(),
-        tree.stats.nodes.tested,
-        tree.levels.iter().map(|level| level.n_nodes).sum::<u64>(),
+        tree.n_nodes_tested(),
+        tree.n_nodes(),
         tree.stats.items.tested,
         tree.n_in,
     );

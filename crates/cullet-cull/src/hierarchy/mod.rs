@@ -10,6 +10,12 @@
 //! loop over a small stack and allocates nothing. Items in a subtree lie side by side: what is
 //! wholly inside the frustum costs one call, however much it is.
 //!
+//! What a walk through a large tree waits for is memory, place after place, and the tables that
+//! say where pages are. Large pages take a sixth off, or more (a million boxes; an allocator
+//! that asks for them will do, with glibc `GLIBC_TUNABLES=glibc.malloc.hugetlb=1`; bench `walk`).
+//! Leaves in a third of the memory, 8 bits a bound before the boxes themselves, took a tenth
+//! longer instead.
+//!
 //! Boxes with a NaN or an infinity are kept beside the tree and tested one by one; empty boxes
 //! are remembered and never visible.
 

@@ -61,6 +61,11 @@ impl Boxes8 {
         assert_eq!(out.len(), self.n_groups(), "one byte per group of eight boxes");
         let planes = self.planes(frustum);
         dispatch!(level, simd => visible(simd, &planes, &self.groups, out));
+        self.ask_beside(frustum, out);
+    }
+
+    /// Sets the bits of visible boxes that are kept beside.
+    pub(super) fn ask_beside(&self, frustum: &Frustum, out: &mut [u8]) {
         for (index, bounds) in &self.beside {
             if planes_cutting(bounds, frustum, PlaneMask::ALL).is_some() {
                 out[*index as usize / 8] |= 1 << (index % 8);

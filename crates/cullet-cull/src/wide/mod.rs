@@ -6,6 +6,8 @@
 //! is nothing but additions, multiplications and comparisons in a fixed order, none of them
 //! fused. [`mod@reference`] is the same arithmetic one box at a time, to read and to judge by.
 //!
+//! [`Coarse8`] asks 12 bytes a box first, where memory is slower than arithmetic, and says the same.
+//!
 //! # Why f32 can be trusted
 //!
 //! Write u for 2^-24, the unit roundoff of f32. A plane's distance to a corner `X` is
@@ -44,6 +46,7 @@
 //! test of a child whose parent was decided changes no bit of any verdict.
 
 mod boxes8;
+mod coarse8;
 mod group;
 mod level;
 mod planes8;
@@ -51,6 +54,7 @@ pub mod reference;
 mod space;
 
 pub use boxes8::Boxes8;
+pub use coarse8::Coarse8;
 pub use fearless_simd::Level;
 #[cfg(feature = "std")]
 pub use level::levels;

@@ -48,6 +48,12 @@ impl Plane32 {
     /// Everything is inside.
     const AT_INFINITY: Plane32 = Plane32 { inner: f32::INFINITY, ..Plane32::UNKNOWN };
 
+    /// The points at `normal · p + offset >= 0`, as if nothing were ever rounded.
+    #[cfg(test)]
+    pub fn through(normal: [f32; 3], offset: f32) -> Plane32 {
+        Plane32 { normal, outer: offset, inner: offset, ..Plane32::UNKNOWN }
+    }
+
     /// Plane `index`, for boxes within `bounds`, unless it excludes all of them.
     #[inline(always)]
     fn reaching(frustum: &Frustum, index: usize, space: &Space, bounds: &Box32) -> Option<Plane32> {

@@ -1,7 +1,7 @@
 //! The wide test against its scalar twin, at every level, and against the f64 test.
 
 use crate::worlds::{Random, cameras, city, odd_boxes, random_boxes};
-use cullet_cull::wide::{Boxes8, levels, reference};
+use cullet_cull::wide::{Boxes8, Coarse8, Level, levels, reference};
 use cullet_cull::{Aabb, PlaneMask, planes_cutting};
 use glam::DVec3;
 
@@ -34,6 +34,7 @@ fn every_level_gives_the_bits_of_the_twin() {
     let mut random = Random(2);
     for (name, boxes) in sets() {
         let wide = Boxes8::new(&boxes);
+        let coarse = Coarse8::new(wide.clone());
         for frustum in cameras(&mut random, &boxes, 20) {
             let expected = reference::cutting(&wide, &frustum);
             for (level_name, level) in levels() {
@@ -46,6 +47,9 @@ fn every_level_gives_the_bits_of_the_twin() {
                     let bit = bits[i / 8] >> (i % 8) & 1 != 0;
                     assert_eq!(bit, verdict.is_some(), "{name} {level_name} {i}");
                 }
+                let mut again = vec![0xaa; wide.n_groups()];
+                coarse.visible_into(&frustum, level, &mut again);
+                assert_eq!(again, bits, "{name} {level_name}");
             }
         }
     }
@@ -102,5 +106,10 @@ fn knife_edges_are_never_lost() {
                 assert!(verdict.is_some(), "{round}: {i} of {n_close} is lost");
             }
         }
+        // Closer to the plane than the grid can tell.
+        let (mut plain, mut coarse) = (vec![0; wide.n_groups()], vec![0xaa; wide.n_groups()]);
+        wide.visible_into(&frustum, Level::new(), &mut plain);
+        Coarse8::new(wide).visible_into(&frustum, Level::new(), &mut coarse);
+        assert_eq!(coarse, plain, "{round}");
     }
 }
