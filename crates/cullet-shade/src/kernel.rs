@@ -12,7 +12,7 @@ use glam::{Vec2, Vec3, Vec4};
 
 use crate::light::{Light, PointLight};
 use crate::needs::{Needs, Shading};
-use crate::sampler::{Filter, sample, sample_alpha};
+use crate::sampler::{Arithmetic, Filter, sample, sample_alpha};
 use crate::select::max;
 use crate::surface::{Surface, corner_uvs, gather, interpolate, outward_normal};
 use crate::texture::Texture;
@@ -37,6 +37,8 @@ pub struct Look {
     pub point_light: Option<PointLight>,
     /// How textures are filtered.
     pub filter: Filter,
+    /// What numbers they are blended in.
+    pub arithmetic: Arithmetic,
     /// The instruction set. Never changes a colour.
     pub simd: Level,
 }
@@ -267,14 +269,14 @@ mod tests {
                 let light = Light::new(vec3(random, -1.0, 1.0), random.unit()).unwrap();
                 let front = random.unit() < 0.5;
                 let fragments = [fragment(random), fragment(random), fragment(random)];
-                let filter = Filter::Trilinear;
+                let (filter, arithmetic) = (Filter::Trilinear, Arithmetic::Float);
                 let seen = Triangle { surface, corners: CORNERS, front };
                 let place = DVec3::splat(7.0) + vec3(random, -2.0, 2.0).as_dvec3();
                 let radius = [0.0, 1.0, 5.0, f32::INFINITY][(seed % 4) as usize];
                 let point = PointLight::new(place, vec3(random, 0.0, 3.0), radius).unwrap();
                 let has_point = needs.contains(Needs::LIT.with(Needs::POINT_LIGHT));
                 let point_light = has_point.then_some(point);
-                let look = Look { light, point_light, filter, simd: Level::new() };
+                let look = Look { light, point_light, filter, arithmetic, simd: Level::new() };
                 for fragment in &fragments {
                     let color = shade(needs, &seen, &look, fragment);
                     let lit = needs.contains(Needs::LIT);
@@ -301,8 +303,8 @@ mod tests {
         let fragment = Fragment { weights, ddx: Vec3::ZERO, ddy: Vec3::ZERO };
         let needs = Needs::of(mesh, material, Shading::Lambert);
         let light = Light::new(Vec3::Z, 0.25).unwrap();
-        let (point_light, filter) = (None, Filter::Trilinear);
-        let look = Look { light, point_light, filter, simd: Level::new() };
+        let (point_light, filter, arithmetic) = (None, Filter::Trilinear, Arithmetic::Float);
+        let look = Look { light, point_light, filter, arithmetic, simd: Level::new() };
         let seen = Triangle { surface, corners: CORNERS, front: true };
         assert_eq!(shade(needs, &seen, &look, &fragment), expected);
     }

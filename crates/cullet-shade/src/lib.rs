@@ -35,6 +35,6 @@ pub use fearless_simd::Level as SimdLevel;
 pub use kernel::{Look, Triangle, alpha, base_color, shade};
 pub use light::{Light, LightError, PointLight};
 pub use needs::{Needs, Shading};
-pub use sampler::{Filter, sample, sample_alpha};
+pub use sampler::{Arithmetic, Filter, sample, sample_alpha};
 pub use surface::{Surface, mirrors, normal_matrix, uv, world_normal, world_position};
 pub use texture::{Level, Mips, Texture};

@@ -39,6 +39,21 @@ impl Filter {
     }
 }
 
+/// What numbers texels are blended in.
+///
+/// It is the business of the wide code, and of filters that blend: [`sample`], and the few pixels that
+/// are left to it, always take floats.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Arithmetic {
+    /// 32-bit floats.
+    #[default]
+    Float,
+    /// 16-bit whole numbers: 15 bits of linear light, weights of 16.
+    Sixteen,
+    /// 8 bits of linear light, weights of 7, as of old.
+    Eight,
+}
+
 /// Linear RGBA, straight alpha, each in `[0, 1]`, at `uv`.
 ///
 /// `duvdx` and `duvdy` are the changes of `uv` per pixel to the right and down. Where they

@@ -74,5 +74,5 @@ pub use cullet_shade as shade;
 pub use cullet_transform as transform;
 
 pub use cullet_raster::{DepthKind, SubpixelBits, Transforms};
-pub use cullet_shade::{Filter, Light, LightError, PointLight, Shading};
+pub use cullet_shade::{Arithmetic, Filter, Light, LightError, PointLight, Shading};
 pub use cullet_transform::{Camera, CameraError, Projection, View, Viewport, ViewportError};

@@ -1,7 +1,7 @@
 //! How well and how to draw, as against what (`Prepared`) and from where (`View`).
 
 use cullet_raster::{DepthKind, Precision, SubpixelBits, Transforms};
-use cullet_shade::{Filter, Light, PointLight, Shading};
+use cullet_shade::{Arithmetic, Filter, Light, PointLight, Shading};
 use cullet_transform::View;
 use glam::Vec4;
 
@@ -25,6 +25,8 @@ pub struct Settings {
     pub point_light: Option<PointLight>,
     /// How textures are filtered.
     pub filter: Filter,
+    /// What numbers texels are blended in.
+    pub arithmetic: Arithmetic,
     /// How edges are smoothed. Data passes always take one sample at the pixel's centre.
     pub antialias: Antialias,
     /// How many pixels share a colour.
@@ -91,6 +93,7 @@ impl Settings {
             light: Light::default(),
             point_light: None,
             filter: Filter::Trilinear,
+            arithmetic: Arithmetic::Float,
             antialias: Antialias::Msaa4,
             shading_rate: ShadingRate::One,
             transforms: Transforms::default(),

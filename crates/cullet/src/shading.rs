@@ -28,8 +28,8 @@ pub(crate) struct Scene<'a> {
 
 impl Scene<'_> {
     pub(crate) fn look(&self) -> Look {
-        let Settings { light, point_light, filter, simd, .. } = *self.settings;
-        Look { light, point_light, filter, simd }
+        let Settings { light, point_light, filter, arithmetic, simd, .. } = *self.settings;
+        Look { light, point_light, filter, arithmetic, simd }
     }
 
     /// What the colours of an item need in this frame.

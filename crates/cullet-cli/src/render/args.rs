@@ -5,8 +5,8 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use cullet::{
-    Antialias, CullTest, DepthKind, Filter, Level, Light, PointLight, Region, RendererKind,
-    Resolution, Settings, Shading, ShadingRate, SubpixelBits, Transforms,
+    Antialias, Arithmetic, CullTest, DepthKind, Filter, Level, Light, PointLight, Region,
+    RendererKind, Resolution, Settings, Shading, ShadingRate, SubpixelBits, Transforms,
 };
 use glam::{DVec3, Vec3, Vec4};
 
@@ -61,6 +61,10 @@ pub struct RenderArgs {
     /// How textures are filtered
     #[arg(long, value_enum, default_value = "trilinear")]
     pub texture: TextureFilter,
+    /// The numbers that texels are blended in: floats, or whole numbers of 16 bits (15 of colour) or 8 bits
+    /// of linear light. The few pixels that single precision does not serve, and nearest texels, take floats
+    #[arg(long, value_enum, default_value = "float")]
+    pub texture_arithmetic: ArithmeticName,
     /// How edges are smoothed: so many samples of each pixel find out what is visible, and each triangle
     /// seen there is shaded once (msaa), or every sample is shaded (ssaa: four or sixteen times the work).
     /// Data passes and the ray caster take one sample at the centre [default: msaa4; none with
@@ -223,6 +227,30 @@ impl TextureFilter {
             TextureFilter::Nearest => Filter::Nearest,
             TextureFilter::Bilinear => Filter::Bilinear,
             TextureFilter::Trilinear => Filter::Trilinear,
+        }
+    }
+}
+
+/// `--texture-arithmetic`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ArithmeticName {
+    /// 32-bit floats
+    Float,
+    /// 15 bits of colour, 16 of weight
+    #[value(name = "16")]
+    Sixteen,
+    /// 8 bits of colour, 7 of weight
+    #[value(name = "8")]
+    Eight,
+}
+
+impl ArithmeticName {
+    /// What it means.
+    pub fn setting(self) -> Arithmetic {
+        match self {
+            ArithmeticName::Float => Arithmetic::Float,
+            ArithmeticName::Sixteen => Arithmetic::Sixteen,
+            ArithmeticName::Eight => Arithmetic::Eight,
         }
     }
 }
@@ -420,6 +448,7 @@ impl RenderArgs {
             light: Light::new(self.sun, self.ambient)?,
             point_light: self.point_light,
             filter: self.texture.setting(),
+            arithmetic: self.texture_arithmetic.setting(),
             cull: match self.cull {
                 CullName::None => CullTest::None,
                 CullName::Corners => CullTest::Corners,

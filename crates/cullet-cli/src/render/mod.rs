@@ -377,6 +377,7 @@ fn settings_json(
         })),
         "quality": name(&args.quality),
         "texture": name(&args.texture),
+        "texture_arithmetic": name(&args.texture_arithmetic),
         "aa": name_of(settings.antialias, Antialiasing::setting),
         "accumulate": settings.accumulate,
         "resolution": name_of(settings.resolution, ResolutionName::setting),

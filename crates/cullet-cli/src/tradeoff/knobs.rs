@@ -5,7 +5,7 @@
 //! the budget is short, the last are left out first.
 
 use cullet::{
-    Antialias, CullTest, DepthKind, Filter, Resolution, Settings, Shading, ShadingRate,
+    Antialias, Arithmetic, CullTest, DepthKind, Filter, Resolution, Settings, Shading, ShadingRate,
     SubpixelBits, Transforms,
 };
 
@@ -120,6 +120,15 @@ pub const KNOBS: &[Knob] = &[
         values: &[
             ("f32", |s| s.transforms = Transforms::F32),
             ("f64", |s| s.transforms = Transforms::F64),
+        ],
+    },
+    Knob {
+        name: "texture-arithmetic",
+        metrics: &[Flip],
+        values: &[
+            ("8", |s| s.arithmetic = Arithmetic::Eight),
+            ("16", |s| s.arithmetic = Arithmetic::Sixteen),
+            ("float", |s| s.arithmetic = Arithmetic::Float),
         ],
     },
     Knob {

@@ -11,6 +11,7 @@
 //! ([`cullet_raster::BLOCK`]): not on which pixels share a group, nor on the instruction set.
 
 mod cutout;
+mod fixed;
 mod paint;
 mod point;
 mod record;

@@ -47,10 +47,11 @@ impl<'a> Paint<'a> {
     /// For surfaces with this one's material, and with the same needs.
     pub fn new(surface: &Surface<'a>, needs: Needs, look: &Look) -> Self {
         let texture = surface.texture.filter(|_| needs.contains(Needs::TEXTURE));
-        let texture = texture.map(|texture| match Sampler::new(texture, look.filter) {
-            Some(sampler) => Sampled::Wide(sampler),
-            None => Sampled::OneByOne(texture, look.filter),
-        });
+        let texture =
+            texture.map(|texture| match Sampler::new(texture, look.filter, look.arithmetic) {
+                Some(sampler) => Sampled::Wide(sampler),
+                None => Sampled::OneByOne(texture, look.filter),
+            });
         let light = if !needs.contains(Needs::LIT) {
             Lit::No
         } else if !needs.contains(Needs::SMOOTH_NORMAL) {

@@ -13,7 +13,8 @@ use fearless_simd::{
     Simd, SimdCvtFloat, SimdCvtTruncate, f32x4, f32x8, i32x8, prelude::*, u16x8, u32x8,
 };
 
-use crate::sampler::Filter;
+use super::fixed::{self, Eight, Fixed, Sixteen};
+use crate::sampler::{Arithmetic, Filter};
 use crate::texture::{STRIP, Texture};
 
 /// The most levels a texture can have here.
@@ -30,6 +31,7 @@ pub(super) struct Sampler<'a> {
     coarsest: f32,
     wrap: [Wrap; 2],
     filter: Filter,
+    arithmetic: Arithmetic,
     /// Levels.
     finer_by: f32,
 }
@@ -37,7 +39,7 @@ pub(super) struct Sampler<'a> {
 impl<'a> Sampler<'a> {
     /// `None` for what the wide code does not serve: nearest texels, which are for looking
     /// closely, and textures too large to number their texels in an i32.
-    pub fn new(texture: &'a Texture, filter: Filter) -> Option<Self> {
+    pub fn new(texture: &'a Texture, filter: Filter, arithmetic: Arithmetic) -> Option<Self> {
         let mips = &*texture.mips;
         let (base, texels) = (mips.level(0), mips.all_texels());
         if filter == Filter::Nearest || texels.len() > i32::MAX as usize {
@@ -56,6 +58,7 @@ impl<'a> Sampler<'a> {
             coarsest: (mips.n_levels() - 1) as f32,
             wrap: texture.wrap,
             filter,
+            arithmetic,
             finer_by: filter.finer_by(),
         })
     }
@@ -154,8 +157,75 @@ impl<'a> Sampler<'a> {
 
     /// The colours of the first `n` eights of places, in steps of texels.
     #[inline(always)]
-    #[expect(clippy::needless_range_loop, reason = "iterators over vectors may become calls")]
     pub fn blend_all<S: Simd>(
+        &self,
+        simd: S,
+        taps: &Taps,
+        n: usize,
+        out: &mut [[[f32; 4]; 8]; EIGHTS],
+    ) {
+        match self.arithmetic {
+            Arithmetic::Float => self.blend_floats(simd, taps, n, out),
+            Arithmetic::Sixteen => self.blend_fixed::<_, Sixteen>(simd, taps, n, out),
+            Arithmetic::Eight => self.blend_fixed::<_, Eight>(simd, taps, n, out),
+        }
+    }
+
+    /// In whole numbers.
+    #[inline(always)]
+    fn blend_fixed<S: Simd, F: Fixed>(
+        &self,
+        simd: S,
+        taps: &Taps,
+        n: usize,
+        out: &mut [[[f32; 4]; 8]; EIGHTS],
+    ) {
+        for (eight, out) in out.iter_mut().enumerate().take(n) {
+            let weights =
+                |of: &[f32; 8]| -> [i32; 8] { F::weights(f32x8::simd_from(simd, *of)).into() };
+            let LevelTaps { x, y, .. } = &taps.fine;
+            let [x, y] = [weights(&x[eight]), weights(&y[eight])];
+            if taps.is_fine[eight] {
+                for lane in 0..8 {
+                    let rows = self.fixed_rows::<F>(&taps.fine, eight, lane, y[lane]);
+                    out[lane] = fixed::color::<F>(&rows, x[lane] as i16);
+                }
+                continue;
+            }
+            let LevelTaps { x: coarse_x, y: coarse_y, .. } = &taps.coarse;
+            let [coarse_x, coarse_y] = [weights(&coarse_x[eight]), weights(&coarse_y[eight])];
+            let blend = weights(&taps.blend[eight]);
+            for lane in 0..8 {
+                let fine = self.fixed_rows::<F>(&taps.fine, eight, lane, y[lane]);
+                let coarse = self.fixed_rows::<F>(&taps.coarse, eight, lane, coarse_y[lane]);
+                let [left, right] = fixed::halves(&fine, &coarse);
+                let x = [x[lane] as i16, coarse_x[lane] as i16];
+                let levels = fixed::mix_halves::<F>(&left, &right, x);
+                out[lane] = fixed::color::<F>(&levels, blend[lane] as i16);
+            }
+        }
+    }
+
+    /// [`Sampler::rows`] in whole numbers.
+    #[inline(always)]
+    fn fixed_rows<F: Fixed>(
+        &self,
+        taps: &LevelTaps,
+        eight: usize,
+        lane: usize,
+        y: i32,
+    ) -> [i16; 8] {
+        let row = |first: u32| {
+            let first = 4 * first as usize;
+            fixed::pair::<F>(&self.texels[first..first + 8])
+        };
+        let (upper, lower) = (row(taps.above[eight][lane]), row(taps.below[eight][lane]));
+        fixed::mix::<F>(&upper, &lower, y as i16)
+    }
+
+    #[inline(always)]
+    #[expect(clippy::needless_range_loop, reason = "iterators over vectors may become calls")]
+    fn blend_floats<S: Simd>(
         &self,
         simd: S,
         taps: &Taps,

@@ -10,13 +10,16 @@ use proptest::prelude::*;
 use super::*;
 use crate::reference;
 use crate::testing::{Random, config, levels, noise, plain};
-use crate::{Filter, Light, Look, Needs, PointLight, Shading, Surface, Texture, Triangle, shade};
+use crate::{
+    Arithmetic, Filter, Light, Look, Needs, PointLight, Shading, Surface, Texture, Triangle, shade,
+};
 
 const WRAPS: [Wrap; 3] = [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp];
 const SIZE: u32 = 128;
 
 fn look(filter: Filter, simd: Level) -> Look {
-    Look { light: Light::default(), point_light: None, filter, simd }
+    let (light, arithmetic) = (Light::default(), Arithmetic::Float);
+    Look { light, point_light: None, filter, arithmetic, simd }
 }
 
 fn textured(transform: Option<glam::Affine2>) -> Material {
@@ -26,6 +29,11 @@ fn textured(transform: Option<glam::Affine2>) -> Material {
 
 /// The sampler alone: unlit, white, at a place given by its planes.
 fn sampled(texture: &Texture, uv: Vec2, ddx: Vec2, ddy: Vec2, filter: Filter, simd: Level) -> Vec4 {
+    sampled_by(texture, uv, [ddx, ddy], &look(filter, simd))
+}
+
+/// [`sampled`], in any arithmetic.
+fn sampled_by(texture: &Texture, uv: Vec2, [ddx, ddy]: [Vec2; 2], look: &Look) -> Vec4 {
     let (mesh, material) = (Mesh::default(), textured(None));
     let surface = Surface::new(&mesh, &material, Some(texture), DAffine3::IDENTITY);
     let record = Record {
@@ -35,7 +43,7 @@ fn sampled(texture: &Texture, uv: Vec2, ddx: Vec2, ddy: Vec2, filter: Filter, si
         anchor: [0.0; 2],
     };
     let mut out = [Vec4::NAN];
-    let of = Paint::new(&surface, Needs::TEXTURE, &look(filter, simd));
+    let of = Paint::new(&surface, Needs::TEXTURE, look);
     let mut left = Vec::new();
     let run = Run { len: 1, ..Run::default() };
     paint(&of, &[run], &[record], &[], &[], &mut Out::Linear(&mut out), &mut left);
@@ -74,6 +82,20 @@ proptest! {
             for (name, level) in levels() {
                 let other = sampled(&texture, uv, ddx, ddy, filter, level);
                 prop_assert_eq!(other, color, "{}", name);
+            }
+            if filter == Filter::Nearest {
+                continue;
+            }
+            for arithmetic in [Arithmetic::Sixteen, Arithmetic::Eight] {
+                let look = Look { arithmetic, ..look(filter, Level::new()) };
+                let color = sampled_by(&texture, uv, [ddx, ddy], &look);
+                let error = (color.as_dvec4() - exact).truncate().abs().max_element();
+                let bound = f64::from(arithmetic.error()) + 1e-5;
+                prop_assert!(error < bound, "{arithmetic:?} {filter:?} {color} {exact} {error:e}");
+                for (name, simd) in levels() {
+                    let other = sampled_by(&texture, uv, [ddx, ddy], &Look { simd, ..look });
+                    prop_assert_eq!(other, color, "{}", name);
+                }
             }
         }
     }
