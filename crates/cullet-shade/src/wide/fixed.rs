@@ -7,8 +7,6 @@
 //!
 //! Written lane by lane, over arrays, for the compiler to find the 16-bit instructions.
 
-#![expect(clippy::needless_range_loop, reason = "lanes, side by side")]
-
 use fearless_simd::{Simd, SimdCvtTruncate, f32x8, i32x8, prelude::*};
 
 use crate::sampler::Arithmetic;

@@ -412,6 +412,7 @@ fn changes_of_one<S: Simd>(simd: S, record: &Record) -> [[f32x8<S>; 3]; 2] {
 }
 
 #[inline(always)]
+#[expect(clippy::needless_range_loop, reason = "iterators over vectors may become calls")]
 fn colors_over_w<S: Simd>(
     simd: S,
     places: &Places,
