@@ -4,7 +4,7 @@ use cullet_measure::{Trade, dominated_by};
 use serde::Serialize;
 
 use super::calls;
-use super::knobs::{KNOBS, QUALITY};
+use super::knobs::{KNOBS, POINT_LIGHT, QUALITY};
 use super::metrics::Metric;
 use super::table::{Row, panels};
 
@@ -150,6 +150,28 @@ fn expectations(rows: &[Row]) -> Vec<Finding> {
         let of = |value| Some(find(scene, "occlusion", value, Metric::IdPpm)?.error);
         let (on, off) = (of("on")?, of("off")?);
         Some((on == off, format!("{} and {} ppm", short(on), short(off))))
+    });
+    expect("Leaving out what lies beyond the end of a light changes no pixel", &|scene| {
+        let of = |value| {
+            let error = |metric| Some(find(scene, POINT_LIGHT, value, metric)?.error);
+            Some((error(Metric::LightFlip)?, error(Metric::LightMax)?))
+        };
+        let (left_out, all) = (of("1")?, of("1-everywhere")?);
+        let words = |(flip, most)| format!("FLIP {}, at most {}", short(flip), short(most));
+        Some((left_out == all, format!("{} and {}", words(left_out), words(all))))
+    });
+    expect("A light that ends takes less time than one that does not", &|scene| {
+        let of = |value| find(scene, POINT_LIGHT, value, Metric::LightFlip);
+        let (none, near, endless) = (of("none")?, of("0.5")?, of("inf")?);
+        let figures = format!(
+            "{} ms with a reach of 0.5, {} without end, {} without the light; FLIP {}",
+            short(near.time_ms),
+            short(endless.time_ms),
+            short(none.time_ms),
+            short(near.error)
+        );
+        let doubt = 1.0 - (near.spread + endless.spread);
+        Some((near.time_ms < doubt * endless.time_ms, figures))
     });
 
     let of_preset = |row: &&Row| row.knob == QUALITY;

@@ -9,7 +9,10 @@ use cullet::{
     SubpixelBits, Transforms,
 };
 
-use super::metrics::Metric::{self, EdgeRmse, FalseVisible, Flip, IdPpm, Shimmer, SsimLoss};
+use super::lamp::of_reach;
+use super::metrics::Metric::{
+    self, EdgeRmse, FalseVisible, Flip, IdPpm, LightFlip, LightMax, Shimmer, SsimLoss,
+};
 
 /// One trade.
 pub struct Knob {
@@ -26,6 +29,14 @@ pub type Value = (&'static str, fn(&mut Settings));
 
 /// The name of the knob whose values are the presets.
 pub const QUALITY: &str = "quality";
+
+/// The name of the knob of the light at a point; its values are reaches, see [`super::lamp`].
+pub const POINT_LIGHT: &str = "point-light";
+
+/// Its light without end: what one with an end is measured against.
+pub fn endless_light(settings: &mut Settings) {
+    settings.point_light = of_reach(f32::INFINITY);
+}
 
 /// Every knob.
 pub const KNOBS: &[Knob] = &[
@@ -104,6 +115,20 @@ pub const KNOBS: &[Knob] = &[
             ("p-vertex-flat", |s| (s.cull, s.hierarchy) = (CullTest::PVertex, false)),
             ("both-flat", |s| s.hierarchy = false),
             ("sat-flat", |s| (s.cull, s.hierarchy) = (CullTest::Sat, false)),
+        ],
+    },
+    // A light that is in no other row, so its errors have a reference and panels of their own.
+    Knob {
+        name: POINT_LIGHT,
+        metrics: &[LightFlip, LightMax],
+        values: &[
+            ("none", |s| s.point_light = None),
+            ("0.5", |s| s.point_light = of_reach(0.5)),
+            ("1", |s| s.point_light = of_reach(1.0)),
+            ("2", |s| s.point_light = of_reach(2.0)),
+            ("inf", endless_light),
+            // No object is spared for lying beyond the end.
+            ("1-everywhere", |s| (s.point_light, s.cull) = (of_reach(1.0), CullTest::None)),
         ],
     },
     Knob {

@@ -7,7 +7,7 @@ use cpu_time::ThreadTime;
 use cullet::{Frame, FrameStats, Prepared, Renderer, Settings, View};
 use cullet_measure::{Comparison, MeasureError, Picture, Rounds, Summary};
 
-use super::knobs::{Configuration, configurations};
+use super::knobs::{Configuration, configurations, endless_light};
 use super::metrics::{Drawn, Errors, Metric, errors, picture};
 use super::plan::{Budget, FEWEST_ROUNDS, REFERENCE_SHARE, ROUNDS, affordable, time_for_rounds};
 use super::reference::{Reference, Room};
@@ -100,7 +100,11 @@ pub fn scene(
     let base = configurations[0].settings;
     let room =
         Room { time: whole.mul_f64(REFERENCE_SHARE), rays: report.budget.rays(report.n_scenes) };
-    let reference = Reference::find(prepared, view, &base, room, &mut |step| report.say(step))?;
+    let mut lit = Settings::balanced();
+    endless_light(&mut lit);
+    common(&mut lit);
+    let say = &mut |step: &str| report.say(step);
+    let reference = Reference::find(prepared, view, &base, &lit, room, say)?;
 
     let mut left_out = Vec::new();
     let mut now = clock(threads);

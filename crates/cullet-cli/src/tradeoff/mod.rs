@@ -7,6 +7,7 @@ mod calls;
 mod findings;
 mod html;
 mod knobs;
+mod lamp;
 mod machine;
 mod measure;
 mod metrics;
@@ -32,6 +33,7 @@ use crate::render::{camera, size};
 use crate::source::{Limits, Source};
 use crate::stats;
 use findings::{Finding, findings};
+use lamp::Lamp;
 use machine::Machine;
 use measure::{Reporter, SceneMeasured};
 use plan::Budget;
@@ -130,7 +132,11 @@ pub fn run(args: &TradeoffArgs) -> Result<(), Failure> {
         let (eye, _) = camera::choose(&camera, Some(args.size), &prepared)?;
         let view = View::new(&eye, viewport);
         let threads = usize::from(args.threads);
-        let common = move |settings: &mut Settings| settings.threads = threads;
+        let lamp = Lamp::find(&prepared, &view);
+        let common = move |settings: &mut Settings| {
+            settings.threads = threads;
+            lamp.hang(settings);
+        };
         let measured = measure::scene(&prepared, &view, &common, threads, end, &report)?;
         scenes.push(SceneReport { name, camera, measured });
     }
