@@ -10,6 +10,8 @@ use cullet_raster::Fragment;
 use fearless_simd::Level;
 use glam::{Vec2, Vec3, Vec4};
 
+use crate::division::Division;
+use crate::encoding::Encoding;
 use crate::light::{Light, PointLight};
 use crate::needs::{Needs, Shading};
 use crate::sampler::{Filter, sample, sample_alpha};
@@ -37,8 +39,26 @@ pub struct Look {
     pub point_light: Option<PointLight>,
     /// How textures are filtered.
     pub filter: Filter,
+    /// How [`crate::wide`] divides and normalises; plain code is always exact.
+    pub division: Division,
+    /// How bytes are made of colours.
+    pub encoding: Encoding,
     /// The instruction set. Never changes a colour.
     pub simd: Level,
+}
+
+impl Look {
+    /// Exact and trilinear, by the best instruction set there is.
+    pub fn new(light: Light) -> Look {
+        Look {
+            light,
+            point_light: None,
+            filter: Filter::Trilinear,
+            division: Division::Exact,
+            encoding: Encoding::Exact,
+            simd: Level::new(),
+        }
+    }
 }
 
 /// The colour of a fragment: linear RGB, and alpha 1 in every alpha mode until blending arrives.
@@ -274,7 +294,7 @@ mod tests {
                 let point = PointLight::new(place, vec3(random, 0.0, 3.0), radius).unwrap();
                 let has_point = needs.contains(Needs::LIT.with(Needs::POINT_LIGHT));
                 let point_light = has_point.then_some(point);
-                let look = Look { light, point_light, filter, simd: Level::new() };
+                let look = Look { point_light, filter, ..Look::new(light) };
                 for fragment in &fragments {
                     let color = shade(needs, &seen, &look, fragment);
                     let lit = needs.contains(Needs::LIT);
@@ -302,7 +322,7 @@ mod tests {
         let needs = Needs::of(mesh, material, Shading::Lambert);
         let light = Light::new(Vec3::Z, 0.25).unwrap();
         let (point_light, filter) = (None, Filter::Trilinear);
-        let look = Look { light, point_light, filter, simd: Level::new() };
+        let look = Look { point_light, filter, ..Look::new(light) };
         let seen = Triangle { surface, corners: CORNERS, front: true };
         assert_eq!(shade(needs, &seen, &look, &fragment), expected);
     }

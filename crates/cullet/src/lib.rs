@@ -72,5 +72,5 @@ pub use cullet_shade as shade;
 pub use cullet_transform as transform;
 
 pub use cullet_raster::{DepthKind, SubpixelBits, Transforms};
-pub use cullet_shade::{Filter, Light, LightError, PointLight, Shading};
+pub use cullet_shade::{Division, Encoding, Filter, Light, LightError, PointLight, Shading};
 pub use cullet_transform::{Camera, CameraError, Projection, View, Viewport, ViewportError};

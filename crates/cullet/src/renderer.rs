@@ -118,7 +118,7 @@ impl Renderer {
                         let start = row * out.stride + column;
                         shade_run(&scene, out, start, triangle, &run);
                     });
-                    encode_linear(rect, out);
+                    encode_linear(settings.encoding, rect, out);
                     n_pixels
                 });
                 let Shaded { n_pixels, shade } = shaded;
@@ -273,7 +273,7 @@ fn row_of_tiles(
                 shader.tile(rect, raster, place, passes, &mut target)
             } else {
                 let n_pixels = shader.tile(rect, raster, place, passes, &mut fine.target(rect));
-                fine.average(n, &mut target);
+                fine.average(n, drawer.scene.settings.encoding, &mut target);
                 n_pixels
             };
             done.n_pixels += if i == 0 { n_pixels } else { 0 };

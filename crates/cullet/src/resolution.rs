@@ -11,6 +11,7 @@
 
 use std::time::Instant;
 
+use cullet_shade::Encoding;
 use cullet_transform::{View, Viewport};
 use glam::{Vec3, Vec4};
 
@@ -94,8 +95,8 @@ impl Renderer {
         frame.make_room(settings.passes.colors());
         let half = Half { frame: &scratch.frame, part, viewport: half_view.viewport() };
         shade_bands(threads, region, frame, ROWS, |rect, out| {
-            half.enlarge(rect, out);
-            encode_linear(rect, out);
+            half.enlarge(settings.encoding, rect, out);
+            encode_linear(settings.encoding, rect, out);
             0
         });
         stats.stages.resolve += resolve.elapsed();
@@ -138,7 +139,7 @@ struct Half<'a> {
 
 impl Half<'_> {
     /// Fills the colours of a rectangle of the whole picture, linear ones if there is room for them.
-    fn enlarge(&self, rect: Region, out: &mut Target<'_>) {
+    fn enlarge(&self, encoding: Encoding, rect: Region, out: &mut Target<'_>) {
         let columns: Vec<[usize; 2]> = (rect.x..rect.x + rect.width)
             .map(|x| nearest_two(x, self.viewport.width()).map(|x| (x - self.part.x) as usize))
             .collect();
@@ -153,7 +154,7 @@ impl Half<'_> {
                 let at = y as usize * out.stride + i;
                 match out.linear.get_mut(at) {
                     Some(linear) => *linear = color,
-                    None => out.rgba8[at] = encode(color),
+                    None => out.rgba8[at] = encode(encoding, color),
                 }
             }
         }

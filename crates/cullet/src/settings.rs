@@ -1,7 +1,7 @@
 //! How well and how to draw, as against what (`Prepared`) and from where (`View`).
 
 use cullet_raster::{DepthKind, Precision, SubpixelBits, Transforms};
-use cullet_shade::{Filter, Light, PointLight, Shading};
+use cullet_shade::{Division, Encoding, Filter, Light, PointLight, Shading};
 use cullet_transform::View;
 use glam::Vec4;
 
@@ -25,6 +25,10 @@ pub struct Settings {
     pub point_light: Option<PointLight>,
     /// How textures are filtered.
     pub filter: Filter,
+    /// How shading divides by `w` and normalises: exactly, or within 7e-6.
+    pub division: Division,
+    /// How colours become 8-bit codes: exactly, or within one.
+    pub encoding: Encoding,
     /// How edges are smoothed. Data passes always take one sample at the pixel's centre.
     pub antialias: Antialias,
     /// How many pixels share a colour.
@@ -91,6 +95,8 @@ impl Settings {
             light: Light::default(),
             point_light: None,
             filter: Filter::Trilinear,
+            division: Division::Exact,
+            encoding: Encoding::Exact,
             antialias: Antialias::Msaa4,
             shading_rate: ShadingRate::One,
             transforms: Transforms::default(),

@@ -188,7 +188,7 @@ impl<'a> TileShader<'a> {
             // Data is where nothing is from the start.
             if passes.needs_color() {
                 fill_background(self.scene.settings, rect, out);
-                encode_linear(rect, out);
+                encode_linear(self.scene.settings.encoding, rect, out);
             }
             return 0;
         }
@@ -196,7 +196,7 @@ impl<'a> TileShader<'a> {
             Samples::One => self.one_sample(rect, raster, place, passes, out),
             _ => {
                 let n_pixels = self.multisampled(rect, tile, place, out);
-                encode_linear(rect, out);
+                encode_linear(self.scene.settings.encoding, rect, out);
                 n_pixels
             }
         }
@@ -216,7 +216,7 @@ impl<'a> TileShader<'a> {
         let mut n_pixels = 0;
         if passes.needs_color() {
             n_pixels = self.blocks(rect, ids, stride, out);
-            encode_linear(rect, out);
+            encode_linear(self.scene.settings.encoding, rect, out);
         }
         let data = passes.data();
         if data != Passes::NONE || !passes.needs_color() {
@@ -471,7 +471,7 @@ impl<'a> TileShader<'a> {
             let color = triangle.color(&scene, &interpolator.fragment_at([x, y]));
             match out {
                 Out::Linear(out) => out[pixel.out as usize] = color,
-                Out::Bytes(out) => out[pixel.out as usize] = encode(color),
+                Out::Bytes(out) => out[pixel.out as usize] = encode(scene.settings.encoding, color),
             }
         }
     }

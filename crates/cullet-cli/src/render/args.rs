@@ -5,8 +5,8 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use cullet::{
-    Antialias, CullTest, DepthKind, Filter, Level, Light, PointLight, Region, RendererKind,
-    Resolution, Settings, Shading, ShadingRate, SubpixelBits, Transforms,
+    Antialias, CullTest, DepthKind, Division, Encoding, Filter, Level, Light, PointLight, Region,
+    RendererKind, Resolution, Settings, Shading, ShadingRate, SubpixelBits, Transforms,
 };
 use glam::{DVec3, Vec3, Vec4};
 
@@ -61,6 +61,14 @@ pub struct RenderArgs {
     /// How textures are filtered
     #[arg(long, value_enum, default_value = "trilinear")]
     pub texture: TextureFilter,
+    /// How shading divides by w and normalises. Approximate: within 7e-6, without dividing, where eight
+    /// pixels are shaded at a time
+    #[arg(long, value_enum, default_value = "exact")]
+    pub division: DivisionName,
+    /// How colours become 8-bit codes; table and polynomial are off by one code at most. 16-bit codes are
+    /// always exact
+    #[arg(long, value_enum, default_value = "exact")]
+    pub srgb: SrgbName,
     /// How edges are smoothed: so many samples of each pixel find out what is visible, and each triangle
     /// seen there is shaded once (msaa), or every sample is shaded (ssaa: four or sixteen times the work).
     /// Data passes and the ray caster take one sample at the centre [default: msaa4; none with
@@ -225,6 +233,26 @@ impl TextureFilter {
             TextureFilter::Trilinear => Filter::Trilinear,
         }
     }
+}
+
+/// `--division`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum DivisionName {
+    /// Division and square root as IEEE 754 has them
+    Exact,
+    /// Two steps of Newton from a guess
+    Approximate,
+}
+
+/// `--srgb`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum SrgbName {
+    /// The code nearest to the exact curve
+    Exact,
+    /// A table of 4096 evenly spaced values
+    Table,
+    /// A cubic in the fourth root
+    Polynomial,
 }
 
 /// `--aa`.
@@ -420,6 +448,15 @@ impl RenderArgs {
             light: Light::new(self.sun, self.ambient)?,
             point_light: self.point_light,
             filter: self.texture.setting(),
+            division: match self.division {
+                DivisionName::Exact => Division::Exact,
+                DivisionName::Approximate => Division::Approximate,
+            },
+            encoding: match self.srgb {
+                SrgbName::Exact => Encoding::Exact,
+                SrgbName::Table => Encoding::Table,
+                SrgbName::Polynomial => Encoding::Polynomial,
+            },
             cull: match self.cull {
                 CullName::None => CullTest::None,
                 CullName::Corners => CullTest::Corners,

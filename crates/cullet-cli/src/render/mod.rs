@@ -377,6 +377,8 @@ fn settings_json(
         })),
         "quality": name(&args.quality),
         "texture": name(&args.texture),
+        "division": name(&args.division),
+        "srgb": name(&args.srgb),
         "aa": name_of(settings.antialias, Antialiasing::setting),
         "accumulate": settings.accumulate,
         "resolution": name_of(settings.resolution, ResolutionName::setting),

@@ -4,7 +4,7 @@ use cullet_measure::{Trade, dominated_by};
 use serde::Serialize;
 
 use super::calls;
-use super::knobs::{KNOBS, POINT_LIGHT, QUALITY};
+use super::knobs::{DIVISION, KNOBS, POINT_LIGHT, QUALITY, SRGB};
 use super::metrics::Metric;
 use super::table::{Row, panels};
 
@@ -173,6 +173,24 @@ fn expectations(rows: &[Row]) -> Vec<Finding> {
         let doubt = 1.0 - (near.spread + endless.spread);
         Some((near.time_ms < doubt * endless.time_ms, figures))
     });
+    for (text, knob, value) in [
+        ("Reciprocals without dividing save time", DIVISION, "approximate"),
+        ("A plain table of sRGB codes saves time", SRGB, "table"),
+        ("A polynomial for sRGB codes saves time", SRGB, "polynomial"),
+    ] {
+        expect(text, &|scene| {
+            let of = |value| find(scene, knob, value, Metric::DefaultMax);
+            let (rough, exact) = (of(value)?, of("exact")?);
+            let figures = format!(
+                "{} ms, exact {} ms, off by {} at most",
+                short(rough.time_ms),
+                short(exact.time_ms),
+                short(rough.error)
+            );
+            let doubt = 1.0 - (rough.spread + exact.spread);
+            Some((rough.time_ms < doubt * exact.time_ms, figures))
+        });
+    }
 
     let of_preset = |row: &&Row| row.knob == QUALITY;
     expect("The default is beaten by no configuration by more than 5% of its time", &|scene| {

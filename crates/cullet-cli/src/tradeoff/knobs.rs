@@ -5,13 +5,13 @@
 //! the budget is short, the last are left out first.
 
 use cullet::{
-    Antialias, CullTest, DepthKind, Filter, Resolution, Settings, Shading, ShadingRate,
-    SubpixelBits, Transforms,
+    Antialias, CullTest, DepthKind, Division, Encoding, Filter, Resolution, Settings, Shading,
+    ShadingRate, SubpixelBits, Transforms,
 };
 
 use super::lamp::of_reach;
 use super::metrics::Metric::{
-    self, EdgeRmse, FalseVisible, Flip, IdPpm, LightFlip, LightMax, Shimmer, SsimLoss,
+    self, DefaultMax, EdgeRmse, FalseVisible, Flip, IdPpm, LightFlip, LightMax, Shimmer, SsimLoss,
 };
 
 /// One trade.
@@ -37,6 +37,12 @@ pub const POINT_LIGHT: &str = "point-light";
 pub fn endless_light(settings: &mut Settings) {
     settings.point_light = of_reach(f32::INFINITY);
 }
+
+/// The name of the knob of reciprocals and inverse roots.
+pub const DIVISION: &str = "division";
+
+/// The name of the knob of 8-bit codes.
+pub const SRGB: &str = "srgb";
 
 /// Every knob.
 pub const KNOBS: &[Knob] = &[
@@ -137,6 +143,23 @@ pub const KNOBS: &[Knob] = &[
         values: &[
             ("2", |s| s.shading_rate = ShadingRate::Two),
             ("1", |s| s.shading_rate = ShadingRate::One),
+        ],
+    },
+    Knob {
+        name: DIVISION,
+        metrics: &[Flip, DefaultMax],
+        values: &[
+            ("approximate", |s| s.division = Division::Approximate),
+            ("exact", |s| s.division = Division::Exact),
+        ],
+    },
+    Knob {
+        name: SRGB,
+        metrics: &[Flip, DefaultMax],
+        values: &[
+            ("table", |s| s.encoding = Encoding::Table),
+            ("polynomial", |s| s.encoding = Encoding::Polynomial),
+            ("exact", |s| s.encoding = Encoding::Exact),
         ],
     },
     Knob {

@@ -29,6 +29,8 @@ pub enum Metric {
     LightFlip,
     /// The largest difference from that picture.
     LightMax,
+    /// The largest difference from the default's picture.
+    DefaultMax,
     /// Largest error of a sine or cosine.
     MaxAbs,
 }
@@ -45,6 +47,7 @@ impl Metric {
             Metric::FalseVisible => "false_visible_ppm",
             Metric::LightFlip => "light_flip",
             Metric::LightMax => "light_max",
+            Metric::DefaultMax => "default_max",
             Metric::MaxAbs => "max_abs",
         }
     }
@@ -71,6 +74,9 @@ impl Metric {
             Metric::LightMax => {
                 "largest difference of a channel (0 to 1) from the same settings with a light that \
                  never ends"
+            }
+            Metric::DefaultMax => {
+                "largest difference of a channel (0 to 1) from the picture of the default"
             }
             Metric::MaxAbs => "largest absolute error of a sine or cosine, angles to 1e9",
         }
@@ -141,6 +147,7 @@ pub fn errors(
             }
             Metric::LightFlip => flip(&reference.lit, drawn.picture, PIXELS_PER_DEGREE)?.mean(),
             Metric::LightMax => max_abs(&reference.lit, drawn.picture)?,
+            Metric::DefaultMax => max_abs(&reference.default, drawn.picture)?,
             Metric::MaxAbs => continue, // not of pictures
         };
         errors.values.push((metric, error));

@@ -39,7 +39,9 @@ pub struct Reference {
     pub triangles: Vec<u32>,
     /// Objects that are in the view.
     pub n_visible: u64,
-    /// As the default draws it, with a light at a point that never ends.
+    /// As the default draws it.
+    pub default: Picture,
+    /// The same, with a light at a point that never ends.
     pub lit: Picture,
 }
 
@@ -124,8 +126,11 @@ impl Reference {
         };
         let lit = Settings { cull: CullTest::None, ..*lit };
         renderer.render(prepared, view, &lit, &mut frame);
+        let lit = metrics::picture(&frame).map_err(Failure::input)?;
+        renderer.render(prepared, view, settings, &mut frame);
         Ok(Reference {
-            lit: metrics::picture(&frame).map_err(Failure::input)?,
+            default: metrics::picture(&frame).map_err(Failure::input)?,
+            lit,
             picture,
             how,
             triangles: cast.triangle,

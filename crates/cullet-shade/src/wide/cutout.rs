@@ -70,7 +70,8 @@ fn kept<S: Simd>(
     for lane in 0..8 {
         (pixels[lane].x, pixels[lane].y) = (x[lane], y[lane]);
     }
-    cutout.paint.place(simd, &pixels, core::slice::from_ref(record), &[], stage, 0);
+    // What is there and what is not is always decided exactly.
+    cutout.paint.place::<_, false>(simd, &pixels, core::slice::from_ref(record), &[], stage, 0);
     stage.taps.are_fine = true;
     let lod = sampler.lod8(simd, f32x8::simd_from(simd, stage.lod[0]));
     let uv = [f32x8::simd_from(simd, stage.u[0]), f32x8::simd_from(simd, stage.v[0])];

@@ -1,11 +1,13 @@
 //! Pixels of one paint: from records to colours.
 
-use fearless_simd::{Level, Simd, dispatch, f32x4, f32x8, prelude::*, u32x8};
+use fearless_simd::{Level, Simd, dispatch, f32x4, f32x8, mask32x8, prelude::*, u32x8};
 use glam::{Vec2, Vec3, Vec4};
 
 use super::point::{PointPlanes, light_on};
 use super::record::{ColorPlanes, LEAST, NORMAL, Record};
 use super::sampler::{EIGHTS, Sampler, Taps};
+use crate::division::{Division, RANGE, inverse_sqrt8, reciprocal8};
+use crate::encoding::{Encoding, encode_by_polynomial, encode_by_table};
 use crate::kernel::Look;
 use crate::light::PointLight;
 use crate::needs::Needs;
@@ -23,6 +25,8 @@ pub struct Paint<'a> {
     has_colors: bool,
     light: Lit,
     point: Option<PointLight>,
+    division: Division,
+    encoding: Encoding,
     pub(super) simd: Level,
 }
 
@@ -61,6 +65,8 @@ impl<'a> Paint<'a> {
             has_colors: needs.contains(Needs::VERTEX_COLOR),
             light,
             point: look.point_light.filter(|_| needs.contains(Needs::POINT_LIGHT)),
+            division: look.division,
+            encoding: look.encoding,
             simd: look.simd,
         }
     }
@@ -100,23 +106,37 @@ pub fn paint(
     out: &mut Out<'_>,
     left: &mut Vec<u32>,
 ) {
+    // Copies of their own for light at a point and for rough divisions, so that who has none pays nothing.
+    // The latter serves with and without the former.
+    let copy = match (paint.division, paint.point) {
+        (Division::Exact, None) => paint_as::<false, false>,
+        (Division::Exact, Some(_)) => paint_as::<true, false>,
+        (Division::Approximate, _) => paint_as::<true, true>,
+    };
+    copy(paint, pixels, records, colors, points, out, left);
+}
+
+fn paint_as<const POINT: bool, const ROUGH: bool>(
+    paint: &Paint<'_>,
+    pixels: &[Pixel],
+    records: &[Record],
+    colors: &[ColorPlanes],
+    points: &[PointPlanes],
+    out: &mut Out<'_>,
+    left: &mut Vec<u32>,
+) {
     let encoder = encoder();
-    // A copy of its own for light at a point, so that who has none pays nothing.
-    if paint.point.is_none() {
-        dispatch!(paint.simd, simd => {
-            paint_all::<_, false>(simd, paint, encoder, pixels, records, colors, points, out, left)
-        });
-    } else {
-        dispatch!(paint.simd, simd => {
-            paint_all::<_, true>(simd, paint, encoder, pixels, records, colors, points, out, left)
-        });
-    }
+    dispatch!(paint.simd, simd => {
+        paint_all::<_, POINT, ROUGH>(
+            simd, paint, encoder, pixels, records, colors, points, out, left,
+        )
+    });
 }
 
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "one call, spread by a macro")]
 #[expect(clippy::needless_range_loop, reason = "iterators over vectors may become calls")]
-fn paint_all<S: Simd, const POINT: bool>(
+fn paint_all<S: Simd, const POINT: bool, const ROUGH: bool>(
     simd: S,
     paint: &Paint<'_>,
     encoder: &Encoder,
@@ -140,7 +160,7 @@ fn paint_all<S: Simd, const POINT: bool>(
         let eight = |i: usize| eights.get(i).unwrap_or(&last);
         stage.taps.are_fine = true;
         for i in 0..n {
-            paint.place(simd, eight(i), records, colors, &mut stage, i);
+            paint.place::<_, ROUGH>(simd, eight(i), records, colors, &mut stage, i);
             if POINT && let Some(light) = &paint.point {
                 let is_flat = matches!(paint.light, Lit::Flat);
                 let values = match is_one_triangle(eight(i)) {
@@ -148,7 +168,7 @@ fn paint_all<S: Simd, const POINT: bool>(
                     false => values(simd, eight(i), records),
                 };
                 let (rgb, good) =
-                    light_on(simd, light, eight(i), records, points, &values, is_flat);
+                    light_on::<_, ROUGH>(simd, light, eight(i), records, points, &values, is_flat);
                 lights[i] = rgb;
                 stage.good[i] &= good;
             }
@@ -174,7 +194,12 @@ fn paint_all<S: Simd, const POINT: bool>(
         }
         match out {
             Out::Bytes(out) => {
-                encoder.encode_all(simd, stage.rgb[..n].as_flattened_mut());
+                let values = stage.rgb[..n].as_flattened_mut();
+                match paint.encoding {
+                    Encoding::Exact => encoder.encode_all(simd, values),
+                    Encoding::Table => encode_by_table(simd, values),
+                    Encoding::Polynomial => encode_by_polynomial(simd, values),
+                }
                 for (i, eight) in eights.iter().enumerate() {
                     store_codes(eight, codes(simd, &stage.rgb[i]), out);
                 }
@@ -221,7 +246,7 @@ fn leave(first: usize, n: usize, good: u64, left: &mut Vec<u32>) {
 impl Paint<'_> {
     /// Reads the attributes of eight pixels off their records, and all that follows without texels.
     #[inline(always)]
-    pub(super) fn place<S: Simd>(
+    pub(super) fn place<S: Simd, const ROUGH: bool>(
         &self,
         simd: S,
         pixels: &[Pixel; 8],
@@ -249,7 +274,12 @@ impl Paint<'_> {
         };
         let [w, u, v, least] = values.low;
         let mut good = w.simd_gt(least);
-        let over_w = f32x8::splat(simd, 1.0) / w;
+        let over_w = if ROUGH {
+            good &= is_in_range(simd, w);
+            reciprocal8(simd, w)
+        } else {
+            f32x8::splat(simd, 1.0) / w
+        };
         if let Some(texture) = &self.texture {
             let uv = [u * over_w, v * over_w];
             let [[wx, ux, vx], [wy, uy, vy]] = if is_one {
@@ -284,12 +314,12 @@ impl Paint<'_> {
             // Normals over w: their length does not matter.
             let [x, y, z] = values.normal;
             let length2 = x * x + y * y + z * z;
-            let cosine = (x * direction.x + y * direction.y + z * direction.z) / length2.sqrt();
+            let cosine = x * direction.x + y * direction.y + z * direction.z;
+            let cosine =
+                if ROUGH { cosine * inverse_sqrt8(simd, length2) } else { cosine / length2.sqrt() };
             let cosine = cosine.simd_gt(zero).select(cosine, zero);
             stage.light[i] = (cosine * (1.0 - ambient) + ambient).into();
-            let squares_are_safe = length2.simd_gt(f32x8::splat(simd, 1e-30))
-                & length2.simd_lt(f32x8::splat(simd, 1e30));
-            good &= squares_are_safe;
+            good &= is_in_range(simd, length2); // so squares are safe
         }
         stage.good[i] = good.to_bitmask();
     }
@@ -349,6 +379,12 @@ impl Paint<'_> {
             rgb[2].bitcast::<u32x8<S>>().into(),
         ]
     }
+}
+
+/// Which numbers are far from the ends of what floats can be.
+#[inline(always)]
+pub(super) fn is_in_range<S: Simd>(simd: S, x: f32x8<S>) -> mask32x8<S> {
+    x.simd_gt(f32x8::splat(simd, RANGE[0])) & x.simd_lt(f32x8::splat(simd, RANGE[1]))
 }
 
 /// Attributes over w at eight pixels.

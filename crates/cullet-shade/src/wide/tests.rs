@@ -10,13 +10,15 @@ use proptest::prelude::*;
 use super::*;
 use crate::reference;
 use crate::testing::{Random, config, levels, noise, plain};
-use crate::{Filter, Light, Look, Needs, PointLight, Shading, Surface, Texture, Triangle, shade};
+use crate::{
+    Division, Filter, Light, Look, Needs, PointLight, Shading, Surface, Texture, Triangle, shade,
+};
 
 const WRAPS: [Wrap; 3] = [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp];
 const SIZE: u32 = 128;
 
 fn look(filter: Filter, simd: Level) -> Look {
-    Look { light: Light::default(), point_light: None, filter, simd }
+    Look { filter, simd, ..Look::new(Light::default()) }
 }
 
 fn textured(transform: Option<glam::Affine2>) -> Material {
@@ -333,4 +335,35 @@ fn groups_and_instruction_sets_change_nothing() {
     let (mut colors, _) = seen.wide(&backwards, &look);
     colors.reverse();
     assert_eq!(colors, all);
+}
+
+#[test]
+fn approximate_divisions_are_near_and_the_same_on_every_instruction_set() {
+    let random = &mut Random::new(4);
+    let corners =
+        [Vec3::new(-3.0, -1.0, -2.0), Vec3::new(4.0, -2.0, -5.0), Vec3::new(0.0, 3.0, -4.0)];
+    let mesh = mesh(random, corners);
+    let texture = Texture::new(&noise(2, 2, 5), Sampler::default());
+    let material = textured(None);
+    let surface = Surface::new(&mesh, &material, Some(&texture), DAffine3::IDENTITY);
+    let all = Needs::of(&mesh, &material, Shading::Lambert).with(Needs::POINT_LIGHT);
+    let bits = SubpixelBits::Eight;
+    let light = PointLight::new(DVec3::new(0.0, 0.0, -1.0), Vec3::ONE, 5.0).unwrap();
+    for needs in [all, Needs::LIT.with(Needs::POINT_LIGHT), Needs::TEXTURE] {
+        let seen = Seen { surface, needs, view: view(), planes: PlaneMask::ALL, bits };
+        let places = seen.inside();
+        let point_light = needs.contains(Needs::POINT_LIGHT).then_some(light);
+        let exact = Look { point_light, ..look(Filter::Trilinear, Level::new()) };
+        let rough = Look { division: Division::Approximate, ..exact };
+        let (colors, left) = seen.wide(&places, &rough);
+        assert!(left.len() * 50 < places.len());
+        let mut worst: f32 = 0.0;
+        for (color, exact) in colors.iter().zip(seen.wide(&places, &exact).0) {
+            worst = worst.max((*color - exact).abs().max_element());
+        }
+        assert!(worst > 0.0 && worst < 1e-4, "{needs:?}: {worst:e}");
+        for (name, simd) in levels() {
+            assert_eq!(seen.wide(&places, &Look { simd, ..rough }).0, colors, "{name}");
+        }
+    }
 }
