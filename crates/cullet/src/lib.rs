@@ -19,6 +19,7 @@
 //! threads, with culling on or off, in debug and in release builds.
 
 mod accumulate;
+mod adaptive;
 mod bins;
 mod cameras;
 mod clusters;

@@ -15,6 +15,7 @@ use cullet_shade::wide::{
 };
 use glam::Vec4;
 
+use crate::adaptive::AdaptiveScratch;
 use crate::coarse::CoarseScratch;
 use crate::frame::Target;
 use crate::multisample::EdgeScratch;
@@ -23,7 +24,7 @@ use crate::shading::{encode, encode_linear, fill_background, fill_background_fro
 use crate::tile_data::{Distance, fill_data};
 use crate::tiles::RasterScratch;
 use crate::visibility::{CornerSlots, Corners, scan};
-use crate::{Pass, Passes, Region, ShadingRate};
+use crate::{Pass, Passes, Region, Resolution, Settings, ShadingRate};
 
 /// Pixels coloured at once: those of a block.
 const BATCH: usize = (BLOCK * BLOCK) as usize;
@@ -66,13 +67,14 @@ pub(crate) struct ShadeScratch {
     records: Vec<Record>,
     colors: Vec<ColorPlanes>,
     points: Vec<PointPlanes>,
-    pixels: Vec<Pixel>,
+    pub(crate) pixels: Vec<Pixel>,
     sorted: Vec<Pixel>,
     n_pixels_of_paint: Vec<u32>,
     left: Vec<u32>,
     corners: CornerSlots,
     pub(crate) edges: EdgeScratch,
     pub(crate) coarse: CoarseScratch,
+    pub(crate) adaptive: AdaptiveScratch,
 }
 
 /// An object as this frame draws it.
@@ -129,6 +131,7 @@ impl Default for ShadeScratch {
             corners: CornerSlots::default(),
             edges: EdgeScratch::default(),
             coarse: CoarseScratch::default(),
+            adaptive: AdaptiveScratch::default(),
         }
     }
 }
@@ -152,6 +155,7 @@ impl ShadeScratch {
             + self.points.capacity() * size_of::<PointPlanes>()
             + self.edges.bytes()
             + self.coarse.bytes()
+            + self.adaptive.bytes()
     }
 }
 
@@ -273,9 +277,11 @@ impl<'a> TileShader<'a> {
         stride: usize,
         out: &mut Target<'_>,
     ) -> u64 {
-        let part = match self.scene.settings.shading_rate {
-            ShadingRate::One => Self::block,
-            ShadingRate::Two => {
+        let Settings { shading_rate, resolution, .. } = *self.scene.settings;
+        let part = match (shading_rate, resolution) {
+            (ShadingRate::One, Resolution::Adaptive) => Self::adaptive_block,
+            (ShadingRate::One, _) => Self::block,
+            (ShadingRate::Two, _) => {
                 fill_background(self.scene.settings, rect, out);
                 Self::coarse_block
             }
@@ -339,6 +345,17 @@ impl<'a> TileShader<'a> {
             return;
         }
         self.set_up(block, n_triangles);
+        self.paint_more(block, n_triangles, n_pixels, out);
+    }
+
+    /// Colours more pixels of triangles that the last batch has set up.
+    pub(crate) fn paint_more(
+        &mut self,
+        block: [u32; 2],
+        n_triangles: usize,
+        n_pixels: usize,
+        out: &mut Out<'_>,
+    ) {
         let n_paints = self.group_by_paint(n_triangles, n_pixels);
         let Scene { prepared, .. } = self.scene;
         let look = self.scene.look();
@@ -524,6 +541,13 @@ impl<'s> Batch<'s> {
         self.n_pixels += usize::from(is_there);
     }
 
+    /// A place of a triangle whose record is known.
+    #[inline(always)]
+    pub(crate) fn put(&mut self, pixel: Pixel) {
+        self.pixels[self.n_pixels] = pixel;
+        self.n_pixels += 1;
+    }
+
     /// Neighbours in a row.
     #[inline(always)]
     fn push8(&mut self, ids: &[u32; 8], out: u32, x: f32, y: f32) {
@@ -547,7 +571,7 @@ impl<'s> Batch<'s> {
 
     /// The number of a triangle's record, a new one if it is not known.
     #[inline(always)]
-    fn record_of(&mut self, id: u32, is_there: bool) -> u32 {
+    pub(crate) fn record_of(&mut self, id: u32, is_there: bool) -> u32 {
         let slot = (id ^ id >> 11) as usize % SLOTS;
         let (known, key) = (self.table[slot], u64::from(id) << 32 | self.key);
         let is_known = (known ^ key) >> 16 == 0;

@@ -189,7 +189,7 @@ pub enum ResolutionName {
     Full,
     /// One of four; the others are blended from those around them
     Half,
-    /// One of four, and each where those differ
+    /// Each, but one of four where a triangle's colours change little
     Adaptive,
 }
 
