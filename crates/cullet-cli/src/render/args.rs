@@ -222,6 +222,8 @@ pub enum TextureFilter {
     Bilinear,
     /// Four texels in each of two levels
     Trilinear,
+    /// Up to sixteen trilinear samples along the longer side of what a pixel covers
+    Anisotropic,
 }
 
 impl TextureFilter {
@@ -231,6 +233,7 @@ impl TextureFilter {
             TextureFilter::Nearest => Filter::Nearest,
             TextureFilter::Bilinear => Filter::Bilinear,
             TextureFilter::Trilinear => Filter::Trilinear,
+            TextureFilter::Anisotropic => Filter::Anisotropic,
         }
     }
 }

@@ -106,6 +106,18 @@ fn expectations(rows: &[Row]) -> Vec<Finding> {
         let holds = trilinear < bilinear && trilinear < nearest;
         Some((holds, if holds { figures } else { figures.replace('>', "/") }))
     });
+    expect("Anisotropic filtering is nearer to the truth than trilinear", &|scene| {
+        let of = |value| find(scene, "texture", value, Metric::Flip);
+        let (trilinear, stretched) = (of("trilinear")?, of("anisotropic")?);
+        let figures = format!(
+            "FLIP {} in {} ms, trilinear {} in {} ms",
+            short(stretched.error),
+            short(stretched.time_ms),
+            short(trilinear.error),
+            short(trilinear.time_ms)
+        );
+        Some((stretched.error < trilinear.error, figures))
+    });
     expect(
         "On edges, those in textures included, MSAA is as good as as many frames to within a tenth",
         &|scene| {

@@ -74,6 +74,7 @@ pub const KNOBS: &[Knob] = &[
             ("nearest", |s| s.filter = Filter::Nearest),
             ("bilinear", |s| s.filter = Filter::Bilinear),
             ("trilinear", |s| s.filter = Filter::Trilinear),
+            ("anisotropic", |s| s.filter = Filter::Anisotropic),
         ],
     },
     Knob {

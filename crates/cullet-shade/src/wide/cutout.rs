@@ -27,7 +27,7 @@ pub struct CutoutScratch(Stage);
 
 impl<'a> Cutout<'a> {
     /// `None` if the material has no holes, or if wide code does not serve: without a texture, with nearest
-    /// texels, with vertex colours.
+    /// texels, with samples along the footprint, with vertex colours.
     pub fn new(surface: &Surface<'a>, look: &Look) -> Option<Self> {
         let AlphaMode::Mask { cutoff } = surface.material.alpha else { return None };
         let needs = Needs::of(surface.mesh, surface.material, Shading::Unlit);

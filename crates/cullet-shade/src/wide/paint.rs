@@ -34,6 +34,8 @@ pub struct Paint<'a> {
 #[expect(clippy::large_enum_variant, reason = "made once per block and paint, never boxed")]
 pub(super) enum Sampled<'a> {
     Wide(Sampler<'a>),
+    /// By several samples along the footprint.
+    Stretched(Sampler<'a>),
     OneByOne(&'a Texture, Filter),
 }
 
@@ -49,6 +51,7 @@ impl<'a> Paint<'a> {
     pub fn new(surface: &Surface<'a>, needs: Needs, look: &Look) -> Self {
         let texture = surface.texture.filter(|_| needs.contains(Needs::TEXTURE));
         let texture = texture.map(|texture| match Sampler::new(texture, look.filter) {
+            Some(sampler) if look.filter == Filter::Anisotropic => Sampled::Stretched(sampler),
             Some(sampler) => Sampled::Wide(sampler),
             None => Sampled::OneByOne(texture, look.filter),
         });
@@ -173,16 +176,29 @@ fn paint_all<S: Simd, const POINT: bool, const ROUGH: bool>(
                 stage.good[i] &= good;
             }
         }
-        if let Some(Sampled::Wide(sampler)) = &paint.texture {
+        if let Some(Sampled::Wide(sampler) | Sampled::Stretched(sampler)) = &paint.texture {
             for lod in &mut stage.lod[..n] {
                 *lod = sampler.lod8(simd, f32x8::simd_from(simd, *lod)).into();
             }
+            let is_stretched = matches!(paint.texture, Some(Sampled::Stretched(_)));
             for i in 0..n {
                 let uv = [f32x8::simd_from(simd, stage.u[i]), f32x8::simd_from(simd, stage.v[i])];
                 let lod = f32x8::simd_from(simd, stage.lod[i]);
-                sampler.find8(simd, uv, lod, &mut stage.taps, i);
+                if is_stretched {
+                    let [u, v, n] = &stage.stretch[i];
+                    let stretch = [
+                        f32x8::simd_from(simd, *u),
+                        f32x8::simd_from(simd, *v),
+                        f32x8::simd_from(simd, *n),
+                    ];
+                    stage.texels[i] = sampler.mean8(simd, uv, lod, stretch, &mut stage.taps);
+                } else {
+                    sampler.find8(simd, uv, lod, &mut stage.taps, i);
+                }
             }
-            sampler.blend_all(simd, &stage.taps, n, &mut stage.texels);
+            if !is_stretched {
+                sampler.blend_all(simd, &stage.taps, n, &mut stage.texels);
+            }
         }
         for i in 0..n {
             stage.rgb[i] =
@@ -227,6 +243,8 @@ pub(super) struct Stage {
     pub(super) v: [[f32; 8]; EIGHTS],
     /// Footprints, then levels of detail.
     pub(super) lod: [[f32; 8]; EIGHTS],
+    /// Longer axes of footprints, u and v, and how many samples lie along them.
+    stretch: [[[f32; 8]; 3]; EIGHTS],
     light: [[f32; 8]; EIGHTS],
     /// Vertex colours, red, green and blue.
     colors: [[[f32; 8]; 3]; EIGHTS],
@@ -294,6 +312,12 @@ impl Paint<'_> {
                 Sampled::Wide(sampler) => {
                     (stage.u[i], stage.v[i]) = (uv[0].into(), uv[1].into());
                     stage.lod[i] = sampler.footprint8(ddx, ddy).into();
+                }
+                Sampled::Stretched(sampler) => {
+                    (stage.u[i], stage.v[i]) = (uv[0].into(), uv[1].into());
+                    let (piece2, [u, v, n]) = sampler.stretch8(simd, ddx, ddy);
+                    stage.lod[i] = piece2.into();
+                    stage.stretch[i] = [u.into(), v.into(), n.into()];
                 }
                 Sampled::OneByOne(texture, filter) => {
                     stage.texels[i] = one_by_one(
