@@ -32,7 +32,7 @@ use crate::output::{Outputs, Target, print, spare_inputs};
 use crate::render::{camera, size};
 use crate::source::{Limits, Source};
 use crate::stats;
-use findings::{Finding, findings};
+use findings::{Control, Finding, findings};
 use lamp::Lamp;
 use machine::Machine;
 use measure::{Reporter, SceneMeasured};
@@ -144,7 +144,9 @@ pub fn run(args: &TradeoffArgs) -> Result<(), Failure> {
         scenes.iter().flat_map(|scene| table::of_scene(&scene.name, &scene.measured)).collect();
     rows.extend(table::of_calls(&calls));
     table::find_fronts(&mut rows);
-    let findings = findings(&rows);
+    let controls: Vec<Control> =
+        scenes.iter().map(|scene| Control::of(&scene.name, &scene.measured)).collect();
+    let findings = findings(&rows, &controls);
     drop(line);
 
     let report = Report {
