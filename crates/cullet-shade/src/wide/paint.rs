@@ -109,17 +109,19 @@ pub fn paint(
     out: &mut Out<'_>,
     left: &mut Vec<u32>,
 ) {
-    // Copies of their own for light at a point and for rough divisions, so that who has none pays nothing.
-    // The latter serves with and without the former.
-    let copy = match (paint.division, paint.point) {
-        (Division::Exact, None) => paint_as::<false, false>,
-        (Division::Exact, Some(_)) => paint_as::<true, false>,
-        (Division::Approximate, _) => paint_as::<true, true>,
+    // Who asks for nothing special has code that knows of nothing special, and pays nothing.
+    let is_special = paint.division != Division::Exact
+        || paint.encoding != Encoding::Exact
+        || matches!(paint.texture, Some(Sampled::Stretched(_)));
+    let copy = match (is_special, paint.point) {
+        (false, None) => paint_as::<false, false>,
+        (false, Some(_)) => paint_as::<true, false>,
+        (true, _) => paint_as::<true, true>,
     };
     copy(paint, pixels, records, colors, points, out, left);
 }
 
-fn paint_as<const POINT: bool, const ROUGH: bool>(
+fn paint_as<const POINT: bool, const SPECIAL: bool>(
     paint: &Paint<'_>,
     pixels: &[Pixel],
     records: &[Record],
@@ -130,7 +132,7 @@ fn paint_as<const POINT: bool, const ROUGH: bool>(
 ) {
     let encoder = encoder();
     dispatch!(paint.simd, simd => {
-        paint_all::<_, POINT, ROUGH>(
+        paint_all::<_, POINT, SPECIAL>(
             simd, paint, encoder, pixels, records, colors, points, out, left,
         )
     });
@@ -139,7 +141,7 @@ fn paint_as<const POINT: bool, const ROUGH: bool>(
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "one call, spread by a macro")]
 #[expect(clippy::needless_range_loop, reason = "iterators over vectors may become calls")]
-fn paint_all<S: Simd, const POINT: bool, const ROUGH: bool>(
+fn paint_all<S: Simd, const POINT: bool, const SPECIAL: bool>(
     simd: S,
     paint: &Paint<'_>,
     encoder: &Encoder,
@@ -150,6 +152,8 @@ fn paint_all<S: Simd, const POINT: bool, const ROUGH: bool>(
     out: &mut Out<'_>,
     left: &mut Vec<u32>,
 ) {
+    let is_rough = SPECIAL && paint.division == Division::Approximate;
+    let is_stretched = SPECIAL && matches!(paint.texture, Some(Sampled::Stretched(_)));
     let mut stage = Stage::default();
     let mut lights = [[[0.0; 8]; 3]; EIGHTS];
     for (i_chunk, chunk) in pixels.chunks(8 * EIGHTS).enumerate() {
@@ -163,7 +167,7 @@ fn paint_all<S: Simd, const POINT: bool, const ROUGH: bool>(
         let eight = |i: usize| eights.get(i).unwrap_or(&last);
         stage.taps.are_fine = true;
         for i in 0..n {
-            paint.place::<_, ROUGH>(simd, eight(i), records, colors, &mut stage, i);
+            paint.place::<_, SPECIAL>(simd, eight(i), records, colors, &mut stage, i);
             if POINT && let Some(light) = &paint.point {
                 let is_flat = matches!(paint.light, Lit::Flat);
                 let values = match is_one_triangle(eight(i)) {
@@ -171,7 +175,7 @@ fn paint_all<S: Simd, const POINT: bool, const ROUGH: bool>(
                     false => values(simd, eight(i), records),
                 };
                 let (rgb, good) =
-                    light_on::<_, ROUGH>(simd, light, eight(i), records, points, &values, is_flat);
+                    light_on(simd, light, eight(i), records, points, &values, is_flat, is_rough);
                 lights[i] = rgb;
                 stage.good[i] &= good;
             }
@@ -180,7 +184,6 @@ fn paint_all<S: Simd, const POINT: bool, const ROUGH: bool>(
             for lod in &mut stage.lod[..n] {
                 *lod = sampler.lod8(simd, f32x8::simd_from(simd, *lod)).into();
             }
-            let is_stretched = matches!(paint.texture, Some(Sampled::Stretched(_)));
             for i in 0..n {
                 let uv = [f32x8::simd_from(simd, stage.u[i]), f32x8::simd_from(simd, stage.v[i])];
                 let lod = f32x8::simd_from(simd, stage.lod[i]);
@@ -212,6 +215,7 @@ fn paint_all<S: Simd, const POINT: bool, const ROUGH: bool>(
             Out::Bytes(out) => {
                 let values = stage.rgb[..n].as_flattened_mut();
                 match paint.encoding {
+                    _ if !SPECIAL => encoder.encode_all(simd, values),
                     Encoding::Exact => encoder.encode_all(simd, values),
                     Encoding::Table => encode_by_table(simd, values),
                     Encoding::Polynomial => encode_by_polynomial(simd, values),
@@ -264,7 +268,7 @@ fn leave(first: usize, n: usize, good: u64, left: &mut Vec<u32>) {
 impl Paint<'_> {
     /// Reads the attributes of eight pixels off their records, and all that follows without texels.
     #[inline(always)]
-    pub(super) fn place<S: Simd, const ROUGH: bool>(
+    pub(super) fn place<S: Simd, const SPECIAL: bool>(
         &self,
         simd: S,
         pixels: &[Pixel; 8],
@@ -292,7 +296,8 @@ impl Paint<'_> {
         };
         let [w, u, v, least] = values.low;
         let mut good = w.simd_gt(least);
-        let over_w = if ROUGH {
+        let is_rough = SPECIAL && self.division == Division::Approximate;
+        let over_w = if is_rough {
             good &= is_in_range(simd, w);
             reciprocal8(simd, w)
         } else {
@@ -313,12 +318,13 @@ impl Paint<'_> {
                     (stage.u[i], stage.v[i]) = (uv[0].into(), uv[1].into());
                     stage.lod[i] = sampler.footprint8(ddx, ddy).into();
                 }
-                Sampled::Stretched(sampler) => {
+                Sampled::Stretched(sampler) if SPECIAL => {
                     (stage.u[i], stage.v[i]) = (uv[0].into(), uv[1].into());
                     let (piece2, [u, v, n]) = sampler.stretch8(simd, ddx, ddy);
                     stage.lod[i] = piece2.into();
                     stage.stretch[i] = [u.into(), v.into(), n.into()];
                 }
+                Sampled::Stretched(_) => {} // special
                 Sampled::OneByOne(texture, filter) => {
                     stage.texels[i] = one_by_one(
                         texture,
@@ -339,8 +345,11 @@ impl Paint<'_> {
             let [x, y, z] = values.normal;
             let length2 = x * x + y * y + z * z;
             let cosine = x * direction.x + y * direction.y + z * direction.z;
-            let cosine =
-                if ROUGH { cosine * inverse_sqrt8(simd, length2) } else { cosine / length2.sqrt() };
+            let cosine = if is_rough {
+                cosine * inverse_sqrt8(simd, length2)
+            } else {
+                cosine / length2.sqrt()
+            };
             let cosine = cosine.simd_gt(zero).select(cosine, zero);
             stage.light[i] = (cosine * (1.0 - ambient) + ambient).into();
             good &= is_in_range(simd, length2); // so squares are safe

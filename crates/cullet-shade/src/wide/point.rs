@@ -55,7 +55,8 @@ fn to_light(light: &PointLight, surface: &Surface<'_>, corner: u32) -> [f32; 4] 
 
 /// What `light` adds at eight pixels, red, green and blue; and for which of them f32 serves.
 #[inline(always)]
-pub(super) fn light_on<S: Simd, const ROUGH: bool>(
+#[expect(clippy::too_many_arguments, reason = "one call, in two ways")]
+pub(super) fn light_on<S: Simd>(
     simd: S,
     light: &PointLight,
     pixels: &[Pixel; 8],
@@ -63,6 +64,7 @@ pub(super) fn light_on<S: Simd, const ROUGH: bool>(
     points: &[PointPlanes],
     values: &Values<S>,
     is_flat: bool,
+    is_rough: bool,
 ) -> ([[f32; 8]; 3], u64) {
     let (mut rows, mut normals) = ([f32x4::splat(simd, 0.0); 8], [f32x4::splat(simd, 0.0); 8]);
     for lane in 0..8 {
@@ -77,7 +79,7 @@ pub(super) fn light_on<S: Simd, const ROUGH: bool>(
     let [w, _, _, least] = values.low;
     let zero = f32x8::splat(simd, 0.0);
     let one = f32x8::splat(simd, 1.0);
-    let over_w = if ROUGH { reciprocal8(simd, w) } else { one / w };
+    let over_w = if is_rough { reciprocal8(simd, w) } else { one / w };
     let [x, y, z, _] = transposed(&rows);
     let (x, y, z) = (x * over_w, y * over_w, z * over_w);
     let [nx, ny, nz] = if is_flat {
@@ -87,7 +89,7 @@ pub(super) fn light_on<S: Simd, const ROUGH: bool>(
         // Over w, of any length; what is too short or too long is left to the plain code.
         let [nx, ny, nz] = values.normal;
         let length2 = nx * nx + ny * ny + nz * nz;
-        if ROUGH {
+        if is_rough {
             let over = inverse_sqrt8(simd, length2);
             [nx * over, ny * over, nz * over]
         } else {
@@ -101,11 +103,11 @@ pub(super) fn light_on<S: Simd, const ROUGH: bool>(
     let cosine = nx * x + ny * y + nz * z;
     let cosine = cosine.simd_gt(zero).select(cosine, zero);
     let cosine =
-        if ROUGH { cosine * inverse_sqrt8(simd, distance2) } else { cosine / distance2.sqrt() };
+        if is_rough { cosine * inverse_sqrt8(simd, distance2) } else { cosine / distance2.sqrt() };
     let share = distance2 * inverse_radius2;
     let window = one - share * share;
     let window = window.simd_gt(zero).select(window, zero);
-    let falloff = if ROUGH {
+    let falloff = if is_rough {
         window * window * reciprocal8(simd, distance2 + one)
     } else {
         window * window / (distance2 + one)
@@ -116,6 +118,6 @@ pub(super) fn light_on<S: Simd, const ROUGH: bool>(
     let rgb = [strength * color.x, strength * color.y, strength * color.z];
     let rgb = [rgb[0].into(), rgb[1].into(), rgb[2].into()];
     let good = w.simd_gt(least);
-    let good = if ROUGH { good & (is_in_range(simd, distance2) | !reached) } else { good };
+    let good = if is_rough { good & (is_in_range(simd, distance2) | !reached) } else { good };
     (rgb, good.to_bitmask())
 }
