@@ -79,12 +79,7 @@ impl Renderer {
         let of_half = Settings { passes, region: Some(part), ..full };
         let mut stats = self.render(prepared, &half_view, &of_half, &mut scratch.frame);
 
-        let data = settings.passes.data();
-        if data != Passes::NONE {
-            self.render(prepared, view, &Settings { passes: data, ..full }, frame);
-        } else {
-            frame.reset(region.width, region.height, Passes::NONE);
-        }
+        self.data_of(prepared, view, &full, frame);
         let resolve = Instant::now();
         frame.make_room(settings.passes.colors());
         let half = Half { frame: &scratch.frame, part, viewport: half_view.viewport() };
@@ -116,8 +111,7 @@ impl Renderer {
         let passes = settings.passes.colors();
         let colors = Settings { passes, region: Some(larger), ..*settings };
         let mut stats = self.render(prepared, view, &colors, &mut scratch.frame);
-        let data = Settings { passes: settings.passes.data(), ..*settings };
-        self.render(prepared, view, &data, frame);
+        self.data_of(prepared, view, settings, frame);
         frame.make_room(passes);
         let cut = |y: u32| {
             let first = (region.y - larger.y + y) * larger.width + region.x - larger.x;
@@ -136,6 +130,23 @@ impl Renderer {
         stats.scratch_bytes = self.scratch_bytes();
         stats.total = start.elapsed();
         stats
+    }
+
+    /// Gives a frame its size, and draws its data.
+    fn data_of(
+        &mut self,
+        prepared: &Prepared,
+        view: &View,
+        settings: &Settings,
+        frame: &mut Frame,
+    ) {
+        let passes = settings.passes.data();
+        if passes == Passes::NONE {
+            let region = visible_region(view, settings);
+            frame.reset(region.width, region.height, Passes::NONE);
+        } else {
+            self.render(prepared, view, &Settings { passes, ..*settings }, frame);
+        }
     }
 }
 
