@@ -3,6 +3,8 @@
 //! Results go to standard output or the named file, words for people to standard error.
 //! Exit codes are in [`exit`]; every error of a run arrives here as one line.
 
+#![recursion_limit = "256"] // of `json!`, one step per entry
+
 mod camera_file;
 mod cull;
 mod diff;

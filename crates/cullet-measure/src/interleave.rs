@@ -3,11 +3,23 @@
 //!
 //! Within a round the rivals stand close in time, so the ratio of a round is steadier than
 //! either figure in it; the median of those ratios is the answer, and their spread says
-//! how far to trust it. Order within a round is fixed: each rival always finds the caches
-//! as its predecessor leaves them, in every round the same.
+//! how far to trust it. Each rival finds the caches as its predecessor leaves them: always the same one,
+//! so that rounds are alike, or in every round another ([`Order`]), so that no rival is always behind the
+//! one that leaves least.
 
 use crate::Summary;
 use std::time::{Duration, Instant};
+
+/// Who follows whom in a round.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Order {
+    /// ABCD, ABCD, ...: what a rival inherits from its predecessor is in its figures, and in no spread.
+    #[default]
+    Fixed,
+    /// Each round begins with another rival and goes around in other steps, the same in every run:
+    /// predecessors change, so that what they leave behind is part of the spread.
+    Turning,
+}
 
 /// How many rounds to run.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,12 +32,15 @@ pub struct Rounds {
     pub at_most: usize,
     /// Wall time for all rounds, warm-up included; a round begun is finished.
     pub budget: Duration,
+    /// Who follows whom.
+    pub order: Order,
 }
 
 impl Default for Rounds {
     /// One warm-up, then 15 to 101 rounds within 2 s.
     fn default() -> Self {
-        Rounds { warm_up: 1, at_least: 15, at_most: 101, budget: Duration::from_secs(2) }
+        let (budget, order) = (Duration::from_secs(2), Order::Fixed);
+        Rounds { warm_up: 1, at_least: 15, at_most: 101, budget, order }
     }
 }
 
@@ -69,10 +84,10 @@ impl Rounds {
         }
         let mut seconds = vec![Vec::new(); rivals.len()];
         for n_done in 1.. {
-            for (rival, seconds) in rivals.iter_mut().zip(&mut seconds) {
+            for i in self.order.of_round(n_done - 1, rivals.len()) {
                 let begun = clock();
-                rival();
-                seconds.push(clock().saturating_sub(begun).as_secs_f64());
+                rivals[i]();
+                seconds[i].push(clock().saturating_sub(begun).as_secs_f64());
             }
             let over = n_done >= self.at_least && spent() >= self.budget;
             if over || n_done >= self.at_most {
@@ -81,6 +96,25 @@ impl Rounds {
         }
         seconds
     }
+}
+
+impl Order {
+    /// The rivals of a round among `n`, in turn.
+    fn of_round(self, round: usize, n: usize) -> impl Iterator<Item = usize> {
+        let (first, step) = match self {
+            Order::Fixed => (0, 1),
+            Order::Turning => {
+                // Steps that meet all of them: those without a divisor in common with their number.
+                let steps: Vec<usize> = (1..n.max(2)).filter(|step| gcd(*step, n) == 1).collect();
+                (round % n.max(1), steps[round % steps.len()])
+            }
+        };
+        (0..n).map(move |i| (first + i * step) % n)
+    }
+}
+
+fn gcd(a: usize, b: usize) -> usize {
+    if b == 0 { a } else { gcd(b, a % b) }
 }
 
 /// B against A, from samples taken in the same rounds.
@@ -131,6 +165,23 @@ mod tests {
     }
 
     #[test]
+    fn turning_rounds_hold_everybody_once_and_change_predecessors() {
+        for n in [0, 1, 2, 3, 8, 12, 43] {
+            let mut followed = std::collections::BTreeSet::new();
+            for round in 0..60 {
+                let order: Vec<usize> = Order::Turning.of_round(round, n).collect();
+                let mut sorted = order.clone();
+                sorted.sort_unstable();
+                assert!(sorted.into_iter().eq(0..n), "{n} in round {round}");
+                followed.extend(order.windows(2).filter(|pair| pair[1] == 0).map(|pair| pair[0]));
+            }
+            assert!(followed.len() >= n / 4, "{n}: {followed:?}");
+        }
+        let fixed: Vec<usize> = Order::Fixed.of_round(5, 4).collect();
+        assert_eq!(fixed, [0, 1, 2, 3]);
+    }
+
+    #[test]
     fn a_drifting_machine_leaves_the_pairwise_ratio_alone() {
         let time = Cell::new(0.0);
         let pace = Cell::new(1.0);
@@ -155,7 +206,7 @@ mod tests {
         let count = |at_least, budget_seconds| {
             let time = Cell::new(Duration::ZERO);
             let budget = Duration::from_secs(budget_seconds);
-            let rounds = Rounds { warm_up: 1, at_least, at_most: 50, budget };
+            let rounds = Rounds { warm_up: 1, at_least, at_most: 50, budget, ..Default::default() };
             let mut work = || time.set(time.get() + Duration::from_secs(1));
             rounds.time_by(&mut || time.get(), &mut || time.get(), &mut [&mut work])[0].len()
         };

@@ -45,7 +45,7 @@ pub use error_map::ErrorMap;
 pub use flip::{PIXELS_PER_DEGREE, flip};
 pub use heatmap::{heat_color, heatmap};
 pub use ids::{ids_differ_ppm, relative_quantile};
-pub use interleave::{Comparison, Rounds};
+pub use interleave::{Comparison, Order, Rounds};
 pub use pareto::{Standing, Trade, dominated_by, standings};
 pub use picture::{Picture, Sample};
 pub use pixelwise::{changed_pixels, mae, max_abs, mse, psnr};

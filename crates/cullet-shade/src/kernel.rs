@@ -10,6 +10,8 @@ use cullet_raster::Fragment;
 use fearless_simd::Level;
 use glam::{Vec2, Vec3, Vec4};
 
+use crate::division::Division;
+use crate::encoding::Encoding;
 use crate::light::{Light, PointLight};
 use crate::needs::{Needs, Shading};
 use crate::sampler::{Arithmetic, Filter, sample, sample_alpha};
@@ -39,8 +41,27 @@ pub struct Look {
     pub filter: Filter,
     /// What numbers they are blended in.
     pub arithmetic: Arithmetic,
+    /// How [`crate::wide`] divides and normalises; plain code is always exact.
+    pub division: Division,
+    /// How bytes are made of colours.
+    pub encoding: Encoding,
     /// The instruction set. Never changes a colour.
     pub simd: Level,
+}
+
+impl Look {
+    /// Exact and trilinear, by the best instruction set there is.
+    pub fn new(light: Light) -> Look {
+        Look {
+            light,
+            point_light: None,
+            filter: Filter::Trilinear,
+            arithmetic: Arithmetic::Float,
+            division: Division::Exact,
+            encoding: Encoding::Exact,
+            simd: Level::new(),
+        }
+    }
 }
 
 /// The colour of a fragment: linear RGB, and alpha 1 in every alpha mode until blending arrives.
@@ -269,14 +290,14 @@ mod tests {
                 let light = Light::new(vec3(random, -1.0, 1.0), random.unit()).unwrap();
                 let front = random.unit() < 0.5;
                 let fragments = [fragment(random), fragment(random), fragment(random)];
-                let (filter, arithmetic) = (Filter::Trilinear, Arithmetic::Float);
+                let filter = Filter::Trilinear;
                 let seen = Triangle { surface, corners: CORNERS, front };
                 let place = DVec3::splat(7.0) + vec3(random, -2.0, 2.0).as_dvec3();
                 let radius = [0.0, 1.0, 5.0, f32::INFINITY][(seed % 4) as usize];
                 let point = PointLight::new(place, vec3(random, 0.0, 3.0), radius).unwrap();
                 let has_point = needs.contains(Needs::LIT.with(Needs::POINT_LIGHT));
                 let point_light = has_point.then_some(point);
-                let look = Look { light, point_light, filter, arithmetic, simd: Level::new() };
+                let look = Look { point_light, filter, ..Look::new(light) };
                 for fragment in &fragments {
                     let color = shade(needs, &seen, &look, fragment);
                     let lit = needs.contains(Needs::LIT);
@@ -303,8 +324,8 @@ mod tests {
         let fragment = Fragment { weights, ddx: Vec3::ZERO, ddy: Vec3::ZERO };
         let needs = Needs::of(mesh, material, Shading::Lambert);
         let light = Light::new(Vec3::Z, 0.25).unwrap();
-        let (point_light, filter, arithmetic) = (None, Filter::Trilinear, Arithmetic::Float);
-        let look = Look { light, point_light, filter, arithmetic, simd: Level::new() };
+        let (point_light, filter) = (None, Filter::Trilinear);
+        let look = Look { point_light, filter, ..Look::new(light) };
         let seen = Triangle { surface, corners: CORNERS, front: true };
         assert_eq!(shade(needs, &seen, &look, &fragment), expected);
     }

@@ -111,12 +111,37 @@ pub fn sample(texture: &Texture, uv: DVec2, duvdx: DVec2, duvdy: DVec2, filter: 
     match filter {
         Filter::Nearest => nearest(nearest_level, texture.wrap, uv),
         Filter::Bilinear => bilinear(nearest_level, texture.wrap, uv),
+        Filter::Anisotropic => {
+            let (n, axis, ddx, ddy) = stretch(texture, duvdx, duvdy);
+            let piece = |i| uv + axis * ((f64::from(i) + 0.5) / f64::from(n) - 0.5);
+            let color = |i| sample(texture, piece(i), ddx, ddy, Filter::Trilinear);
+            (0..n).map(color).sum::<DVec4>() / f64::from(n)
+        }
         Filter::Trilinear | Filter::Oversampled(_) => {
             let finer = bilinear(&mips.level(lod.floor() as usize), texture.wrap, uv);
             let coarser = bilinear(&mips.level(lod.ceil() as usize), texture.wrap, uv);
             finer.lerp(coarser, lod.fract())
         }
     }
+}
+
+/// Pieces of a footprint along its longer axis, that axis, and the footprint of a piece's length.
+pub fn stretch(texture: &Texture, duvdx: DVec2, duvdy: DVec2) -> (u32, DVec2, DVec2, DVec2) {
+    let base = texture.mips.level(0);
+    let size = DVec2::new(f64::from(base.width()), f64::from(base.height()));
+    let (x, y) = ((duvdx * size).length(), (duvdy * size).length());
+    let n = (x.max(y) / x.min(y).max(1.0)).round().clamp(1.0, 16.0);
+    (n as u32, if x > y { duvdx } else { duvdy }, duvdx / n, duvdy / n)
+}
+
+/// Whether rounding cannot change the number of pieces.
+#[cfg(test)]
+pub(crate) fn pieces_are_clear(texture: &Texture, duvdx: DVec2, duvdy: DVec2) -> bool {
+    let pieces = |factor: f64| {
+        let of = |x: f64, y: f64| stretch(texture, duvdx * x, duvdy * y).0;
+        (of(factor, 1.0), of(1.0, factor))
+    };
+    pieces(1.0 - 1e-5) == pieces(1.0 + 1e-5)
 }
 
 /// Level of detail, clamped to the levels there are.

@@ -7,12 +7,13 @@
 //! Texture space: u to the right, v down, 0..1 across the image. Any coordinate has a
 //! colour: NaN counts as 0, and so does an infinity that repeats or mirrors.
 //! Source: OpenGL 4.6 core specification, 8.14 and 8.15 (the isotropic scale factor as the
-//! longer footprint axis, nearest level, wrap modes); Vulkan 1.3, "Image Operations".
+//! longer footprint axis, nearest level, wrap modes); Vulkan 1.3, "Image Operations"; for
+//! [`Filter::Anisotropic`] EXT_texture_filter_anisotropic, with a rounded number of samples.
 
 use std::ops::{Add, Mul, Sub};
 
 use cullet_scene::Wrap;
-use glam::{Vec2, Vec4};
+use glam::{DVec2, Vec2, Vec4};
 
 use crate::select::{clamp, max};
 use crate::texture::{Level, Texture, decode, decode_alpha};
@@ -27,6 +28,9 @@ pub enum Filter {
     /// Bilinear in the two levels around the footprint's size, blended.
     #[default]
     Trilinear,
+    /// The mean of up to 16 trilinear samples along the longer axis of the footprint, in levels by the
+    /// shorter axis: what is seen at a slant stays sharp across.
+    Anisotropic,
     /// Trilinear for pictures that are the mean of 2^n others, each sampled elsewhere within the
     /// pixel: every sample stands for that much less of the footprint, so levels are finer by n / 2.
     Oversampled(u8),
@@ -53,19 +57,74 @@ pub enum Arithmetic {
     /// 8 bits of linear light, weights of 7, as of old.
     Eight,
 }
+/// The most samples of [`Filter::Anisotropic`].
+pub(crate) const MOST_SAMPLES: f32 = 16.0;
 
 /// Linear RGBA, straight alpha, each in `[0, 1]`, at `uv`.
 ///
 /// `duvdx` and `duvdy` are the changes of `uv` per pixel to the right and down. Where they
 /// span a texel or less, level 0 answers; where either is NaN or infinite, the coarsest.
 pub fn sample(texture: &Texture, uv: Vec2, duvdx: Vec2, duvdy: Vec2, filter: Filter) -> Vec4 {
-    filtered(texture, uv, lod(texture, duvdx, duvdy, filter), filter, decode)
+    over_footprint(texture, uv, [duvdx, duvdy], filter, decode)
 }
 
 /// The alpha of [`sample`], bit for bit, without the colour.
 pub fn sample_alpha(texture: &Texture, uv: Vec2, duvdx: Vec2, duvdy: Vec2, filter: Filter) -> f32 {
     let alpha = |[.., alpha]: [u16; 4]| decode_alpha(alpha);
-    filtered(texture, uv, lod(texture, duvdx, duvdy, filter), filter, alpha)
+    over_footprint(texture, uv, [duvdx, duvdy], filter, alpha)
+}
+
+fn over_footprint<T>(
+    texture: &Texture,
+    uv: Vec2,
+    [duvdx, duvdy]: [Vec2; 2],
+    filter: Filter,
+    decode: impl Fn([u16; 4]) -> T + Copy,
+) -> T
+where
+    T: Copy + Add<Output = T> + Sub<Output = T> + Mul<f32, Output = T>,
+{
+    let place = uv.as_dvec2();
+    if filter != Filter::Anisotropic {
+        return filtered(texture, place, lod(texture, duvdx, duvdy, filter), filter, decode);
+    }
+    let Stretch { n, axis, lod } = stretch(texture, duvdx, duvdy);
+    let piece = |i: u32| {
+        let along = (f64::from(i) + 0.5) / f64::from(n) - 0.5;
+        filtered(texture, place + axis * along, lod, filter, decode)
+    };
+    // In this form the mean of equal colours is exactly theirs.
+    (1..n).fold(piece(0), |mean, i| mix(mean, piece(i), 1.0 / (i + 1) as f32))
+}
+
+/// A footprint, cut into pieces along its longer axis.
+struct Stretch {
+    /// Pieces, 1 to 16.
+    n: u32,
+    /// The longer axis, texture coordinates.
+    axis: DVec2,
+    /// Level of detail of a piece.
+    lod: f32,
+}
+
+/// Cuts a footprint into as many pieces as it is longer than wide, rounded. It counts as wide as a texel
+/// at least: finer pieces would show nothing new.
+fn stretch(texture: &Texture, duvdx: Vec2, duvdy: Vec2) -> Stretch {
+    let base = texture.mips.level(0);
+    let size = Vec2::new(base.width() as f32, base.height() as f32);
+    let (x, y) = (duvdx * size, duvdy * size);
+    let (x2, y2) = (x.x * x.x + x.y * x.y, y.x * y.x + y.y * y.y);
+    let is_finite = x2 + y2 < f32::INFINITY; // false for NaN
+    if !is_finite {
+        let lod = lod(texture, duvdx, duvdy, Filter::Trilinear);
+        return Stretch { n: 1, axis: DVec2::ZERO, lod };
+    }
+    let (longer2, shorter2, axis) = if x2 > y2 { (x2, y2, duvdx) } else { (y2, x2, duvdy) };
+    let ratio = (longer2 / max(shorter2, 1.0)).sqrt();
+    let n = clamp(ratio + 0.5, 1.0, MOST_SAMPLES) as u32;
+    let piece = (n as f32).recip();
+    let lod = lod(texture, duvdx * piece, duvdy * piece, Filter::Trilinear);
+    Stretch { n, axis: axis.as_dvec2(), lod }
 }
 
 /// Level of detail, in `0..=n_levels - 1`: log2 of the longer footprint axis in texels.
@@ -84,7 +143,7 @@ fn lod(texture: &Texture, duvdx: Vec2, duvdy: Vec2, filter: Filter) -> f32 {
 
 fn filtered<T>(
     texture: &Texture,
-    uv: Vec2,
+    uv: DVec2,
     lod: f32,
     filter: Filter,
     decode: impl Fn([u16; 4]) -> T + Copy,
@@ -97,7 +156,7 @@ where
     match filter {
         Filter::Nearest => nearest(&mips.level(nearest_level(lod)), texture.wrap, place, decode),
         Filter::Bilinear => bilinear(&mips.level(nearest_level(lod)), texture.wrap, place, decode),
-        Filter::Trilinear | Filter::Oversampled(_) => {
+        Filter::Trilinear | Filter::Anisotropic | Filter::Oversampled(_) => {
             let finer = lod as usize; // within 0..n_levels
             let blend = lod - finer as f32;
             let color = bilinear(&mips.level(finer), texture.wrap, place, decode);
@@ -117,8 +176,7 @@ fn nearest_level(lod: f32) -> usize {
 }
 
 /// A coordinate brought into one period: 0..=1, or 0..=2 where every other tile mirrors.
-fn fold(u: f32, wrap: Wrap) -> f64 {
-    let u = f64::from(u);
+fn fold(u: f64, wrap: Wrap) -> f64 {
     let folded = match wrap {
         Wrap::Repeat => u - u.floor(),
         Wrap::Mirror => u - 2.0 * (0.5 * u).floor(),
@@ -208,6 +266,8 @@ mod tests {
     use crate::testing::{config, noise, plain};
 
     const WRAPS: [Wrap; 3] = [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp];
+    const EVERY: [Filter; 4] =
+        [Filter::Nearest, Filter::Bilinear, Filter::Trilinear, Filter::Anisotropic];
 
     fn texture(width: u32, height: u32, wrap_u: Wrap, wrap_v: Wrap) -> Texture {
         Texture::new(&noise(width, height, 3), Sampler { wrap_u, wrap_v, ..Sampler::default() })
@@ -285,6 +345,44 @@ mod tests {
     }
 
     #[test]
+    fn a_slanted_footprint_is_cut_along_its_longer_axis() {
+        let texture = texture(16, 4, Wrap::Repeat, Wrap::Repeat);
+        let (x, y) = (Vec2::X / 16.0, Vec2::Y / 4.0);
+        let cut = |ddx: Vec2, ddy: Vec2| {
+            let Stretch { n, axis, lod } = stretch(&texture, ddx, ddy);
+            (n, axis.as_vec2(), lod)
+        };
+        assert_eq!(cut(x, y), (1, y, 0.0));
+        assert_eq!(cut(x * 8.0, y * 2.0), (4, x * 8.0, 1.0));
+        assert_eq!(cut(x, y * 3.0), (3, y * 3.0, 0.0));
+        // Less than a texel wide, and longer than sixteen pieces reach.
+        assert_eq!(cut(x * 0.01, y * 2.0), (2, y * 2.0, 0.0));
+        assert_eq!(cut(x * 64.0, y), (16, x * 64.0, 2.0));
+        for bad in [f32::NAN, f32::INFINITY, -f32::INFINITY, 1e30] {
+            let (n, axis, lod) = cut(x * bad, y);
+            assert_eq!((n, lod), (1, 4.0));
+            assert!(axis.is_finite());
+        }
+    }
+
+    /// Columns of black and white, seen so that a pixel spans many rows: only what follows the longer axis
+    /// still tells them apart.
+    #[test]
+    fn what_is_seen_at_a_slant_stays_sharp_across() {
+        let stripes = [0, 255].map(|grey| [grey, grey, grey, 255]).as_flattened().repeat(8 * 16);
+        let image =
+            cullet_scene::Image { width: 16, height: 16, rgba: stripes, ..Default::default() };
+        let texture = Texture::new(&image, Sampler::default());
+        let (ddx, ddy) = (Vec2::X / 16.0, Vec2::Y / 2.0);
+        let at =
+            |texel: f32, filter| sample(&texture, Vec2::new(texel / 16.0, 0.5), ddx, ddy, filter);
+        assert_eq!(at(2.5, Filter::Anisotropic), Vec4::new(0.0, 0.0, 0.0, 1.0));
+        assert_eq!(at(3.5, Filter::Anisotropic), Vec4::ONE);
+        let [dark, light] = [2.5, 3.5].map(|texel| at(texel, Filter::Trilinear).x);
+        assert!((dark - light).abs() < 1e-3, "{dark} {light}");
+    }
+
+    #[test]
     fn halfway_between_levels_is_the_finer() {
         assert_eq!([0.0, 0.5, 0.51, 1.0, 1.5, 2.6].map(nearest_level), [0, 0, 1, 1, 1, 3]);
     }
@@ -300,7 +398,7 @@ mod tests {
                 let mut texture = texture(width, height, wrap, wrap);
                 texture.mips = crate::Mips::new(plain(width, height, [255; 4])).into();
                 for (&u, &d) in extremes.iter().flat_map(|u| extremes.iter().map(move |d| (u, d))) {
-                    for filter in [Filter::Nearest, Filter::Bilinear, Filter::Trilinear] {
+                    for filter in EVERY {
                         let (uv, ddx) = (Vec2::new(u, d), Vec2::new(d, u));
                         let color = sample(&texture, uv, ddx, Vec2::splat(d), filter);
                         assert_eq!(color, Vec4::ONE);
@@ -328,8 +426,13 @@ mod tests {
             let (ddx64, ddy64) = (ddx.as_dvec2(), ddy.as_dvec2());
             let lod = reference::lod(&texture, ddx64, ddy64, Filter::Trilinear);
             let level_is_clear = (lod.fract() - 0.5).abs() > 1e-5;
-            for filter in [Filter::Nearest, Filter::Bilinear, Filter::Trilinear] {
-                if filter == Filter::Trilinear || level_is_clear {
+            for filter in EVERY {
+                let is_clear = match filter {
+                    Filter::Nearest | Filter::Bilinear => level_is_clear,
+                    Filter::Anisotropic => reference::pieces_are_clear(&texture, ddx64, ddy64),
+                    _ => true,
+                };
+                if is_clear {
                     let color = sample(&texture, uv, ddx, ddy, filter);
                     let exact = reference::sample(&texture, uv.as_dvec2(), ddx64, ddy64, filter);
                     let error = (color.as_dvec4() - exact).abs().max_element();

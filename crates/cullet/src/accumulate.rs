@@ -142,7 +142,7 @@ impl Renderer {
             let jobs = rgba8.chunks_mut(BAND).enumerate();
             for_each(threads, jobs, |(band, codes)| {
                 for (i, code) in codes.iter_mut().enumerate() {
-                    *code = encode(scratch.sum.mean(band * BAND + i));
+                    *code = encode(settings.encoding, scratch.sum.mean(band * BAND + i));
                 }
             });
         }

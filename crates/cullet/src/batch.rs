@@ -117,9 +117,22 @@ impl Batch {
         self.n_pixels += if is_there { usize::from(len) } else { 0 };
     }
 
+    /// Forgets the pixels, but not the triangles.
+    pub(crate) fn begin_more(&mut self) {
+        (self.n_runs, self.n_pixels) = (0, 0);
+    }
+
+    /// Pixels of a triangle whose record is known.
+    #[inline(always)]
+    pub(crate) fn put(&mut self, run: Run) {
+        self.runs[self.n_runs] = run;
+        self.n_runs += 1;
+        self.n_pixels += usize::from(run.len);
+    }
+
     /// The number of a triangle's record, a new one if it is not known.
     #[inline(always)]
-    fn record_of(&mut self, id: u32, is_there: bool) -> u16 {
+    pub(crate) fn record_of(&mut self, id: u32, is_there: bool) -> u16 {
         let slot = (id ^ id >> 11) as usize % SLOTS;
         let key = u64::from(id) << 32 | u64::from(self.epoch) << 16;
         let known = self.table[slot];

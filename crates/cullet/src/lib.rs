@@ -19,6 +19,7 @@
 //! threads, with culling on or off, in debug and in release builds.
 
 mod accumulate;
+mod adaptive;
 mod batch;
 mod bins;
 mod cameras;
@@ -74,5 +75,7 @@ pub use cullet_shade as shade;
 pub use cullet_transform as transform;
 
 pub use cullet_raster::{DepthKind, SubpixelBits, Transforms};
-pub use cullet_shade::{Arithmetic, Filter, Light, LightError, PointLight, Shading};
+pub use cullet_shade::{
+    Arithmetic, Division, Encoding, Filter, Light, LightError, PointLight, Shading,
+};
 pub use cullet_transform::{Camera, CameraError, Projection, View, Viewport, ViewportError};

@@ -164,7 +164,7 @@ impl TileShader<'_> {
         scratch.colors.resize(scratch.wanted.len(), Vec4::ZERO);
         self.colors(&scratch.wanted, &mut scratch.colors);
         let one_sample = 1.0 / tile.samples().count() as f32;
-        let background = self.scene.settings.background;
+        let (background, encoding) = (self.scene.settings.background, self.scene.settings.encoding);
         let mut first = 0;
         for edge in &scratch.edges {
             let own = first..first + edge.n_wanted as usize;
@@ -173,7 +173,7 @@ impl TileShader<'_> {
             let color = blend(colors, one_sample, background);
             match out.linear.get_mut(edge.out as usize) {
                 Some(linear) => *linear = color,
-                None => out.rgba8[edge.out as usize] = encode(color),
+                None => out.rgba8[edge.out as usize] = encode(encoding, color),
             }
         }
         let n_edges = scratch.edges.len() as u64;

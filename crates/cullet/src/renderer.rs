@@ -10,7 +10,7 @@ use crate::bins::{Bins, Grid};
 use crate::culling::cull;
 use crate::frame::Band;
 use crate::raycast::Raycaster;
-use crate::resolution::HalfScratch;
+use crate::resolution::{HalfScratch, is_whole_cells};
 use crate::schedule::{for_each_with, thread_count};
 use crate::shading::{Scene, Shaded, encode_linear, fill_background, shade_bands, shade_run};
 use crate::supersample::{Supersampling, fine};
@@ -32,14 +32,6 @@ pub struct Renderer {
     threads: Vec<TileScratch>,
     pub(crate) accumulation: AccumulateScratch,
     pub(crate) half: HalfScratch,
-}
-
-/// What of the picture is drawn.
-#[derive(Clone, Copy)]
-struct Part<'a> {
-    region: Region,
-    /// By tile of the region; `None` means all.
-    only: Option<&'a [bool]>,
 }
 
 /// What to draw, from where, how, and with how many pixels for each one of the frame along a side.
@@ -67,9 +59,15 @@ impl Renderer {
             if settings.accumulate > 1 {
                 return self.accumulate(prepared, view, settings, frame);
             }
-            let reduced = settings.resolution != Resolution::Full;
-            if reduced && settings.renderer == RendererKind::Raster {
-                return self.reduced(prepared, view, settings, frame);
+            let is_raster = settings.renderer == RendererKind::Raster;
+            match settings.resolution {
+                Resolution::Half if is_raster => {
+                    return self.halved(prepared, view, settings, frame);
+                }
+                Resolution::Adaptive if is_raster && !is_whole_cells(view, settings) => {
+                    return self.in_whole_cells(prepared, view, settings, frame);
+                }
+                _ => {}
             }
         }
         let start = Instant::now();
@@ -83,7 +81,7 @@ impl Renderer {
             RendererKind::Raster => match Supersampling::new(view, settings.antialias) {
                 None => {
                     let scene = Drawn { prepared, view, settings, per_side: 1 };
-                    self.raster(scene, threads, Part { region, only: None }, frame, &mut stats);
+                    self.raster(scene, threads, region, frame, &mut stats);
                 }
                 Some(fine) => {
                     let (passes, after_cull) = (settings.passes, stats);
@@ -92,7 +90,7 @@ impl Renderer {
                     let data = Settings { passes: passes.data(), antialias, ..*settings };
                     if data.passes != Passes::NONE || !passes.needs_color() {
                         let scene = Drawn { prepared, view, settings: &data, per_side: 1 };
-                        self.raster(scene, threads, Part { region, only: None }, frame, &mut stats);
+                        self.raster(scene, threads, region, frame, &mut stats);
                     }
                     if passes.needs_color() {
                         // Of both pictures the times, of the finer one the counters.
@@ -100,7 +98,7 @@ impl Renderer {
                         let Supersampling { per_side, view } = &fine;
                         let scene =
                             Drawn { prepared, view, settings: &colors, per_side: *per_side };
-                        self.raster(scene, threads, Part { region, only: None }, frame, &mut stats);
+                        self.raster(scene, threads, region, frame, &mut stats);
                     }
                 }
             },
@@ -118,7 +116,7 @@ impl Renderer {
                         let start = row * out.stride + column;
                         shade_run(&scene, out, start, triangle, &run);
                     });
-                    encode_linear(rect, out);
+                    encode_linear(settings.encoding, rect, out);
                     n_pixels
                 });
                 let Shaded { n_pixels, shade } = shaded;
@@ -130,35 +128,12 @@ impl Renderer {
         stats
     }
 
-    /// Rasterizes those blocks of a region again that are `true`, row by row, over
-    /// what is in `frame`. Blocks are as large as the tiles of `settings` and lie on the grid of the
-    /// whole picture.
-    pub(crate) fn blocks(
-        &mut self,
-        prepared: &Prepared,
-        view: &View,
-        settings: &Settings,
-        part: (Region, &[bool]),
-        frame: &mut Frame,
-    ) -> FrameStats {
-        let start = Instant::now();
-        let threads = thread_count(settings.threads);
-        let (region, only) = part;
-        let mut stats = FrameStats::default();
-        cull(prepared, view, settings, &mut self.planes, &mut stats);
-        stats.stages.cull = start.elapsed();
-        let part = Part { region, only: Some(only) };
-        let scene = Drawn { prepared, view, settings, per_side: 1 };
-        self.raster(scene, threads, part, frame, &mut stats);
-        stats
-    }
-
     /// Draws a part of the picture into `frame`, tile by tile.
     fn raster(
         &mut self,
         Drawn { prepared, view, settings, per_side }: Drawn<'_>,
         threads: usize,
-        Part { region, only }: Part<'_>,
+        region: Region,
         frame: &mut Frame,
         stats: &mut FrameStats,
     ) {
@@ -195,7 +170,7 @@ impl Renderer {
         };
         let first_rows = (side - region.y % side) / per_side;
         for_each_with(scratches, frame.bands(first_rows, side / per_side), |scratch, band| {
-            row_of_tiles(&drawer, Part { region, only }, scratch, band);
+            row_of_tiles(&drawer, region, scratch, band);
         });
         self.clusters.count(prepared);
         stats.clusters = self.clusters.counters;
@@ -232,7 +207,7 @@ impl Renderer {
 /// Draws and shades the tiles of a row.
 fn row_of_tiles(
     drawer: &TileDrawer<'_>,
-    Part { region, only }: Part<'_>,
+    region: Region,
     scratch: &mut TileScratch,
     mut band: Band<'_>,
 ) {
@@ -243,9 +218,6 @@ fn row_of_tiles(
     let row = y / side - first[1];
     let mut shader = TileShader::new(drawer.scene, shade);
     for column in 0..size[0] {
-        if only.is_some_and(|only| !only[(row * size[0] + column) as usize]) {
-            continue;
-        }
         let left = (first[0] + column) * side;
         let x = left.max(region.x);
         let width = (left + side).min(region.x + region.width) - x;
@@ -273,7 +245,7 @@ fn row_of_tiles(
                 shader.tile(rect, raster, place, passes, &mut target)
             } else {
                 let n_pixels = shader.tile(rect, raster, place, passes, &mut fine.target(rect));
-                fine.average(n, &mut target);
+                fine.average(n, drawer.scene.settings.encoding, &mut target);
                 n_pixels
             };
             done.n_pixels += if i == 0 { n_pixels } else { 0 };

@@ -1,23 +1,22 @@
-//! Fewer pixels, then more of them: half resolution, and full resolution where it shows.
+//! Fewer pixels: half resolution, and what adaptive resolution asks of regions.
 //!
 //! A half frame has a quarter of the pixels to cover and shade. Its pixels are the centres of four,
 //! so the nearest four are blended 9 : 3 : 3 : 1 (bilinear, in linear light with alpha counted in).
-//! The adaptive frame begins the same way; then blocks of the picture in which neighbours of the half
-//! frame differ are drawn again, whole. What is missed is what falls between all pixels of the half
-//! frame.
+//! Adaptive frames spare shading alone, cell by cell ([`crate::adaptive`]); a region of one is drawn in
+//! whole cells and cut out.
 //!
-//! Data is never blended: it is always drawn in full. Everything hangs on the whole picture's grid of
-//! blocks, so no region, tile or thread shows.
+//! Data is never blended: it is always drawn in full.
 
 use std::time::Instant;
 
+use cullet_shade::Encoding;
 use cullet_transform::{View, Viewport};
 use glam::{Vec3, Vec4};
 
-use crate::bins::Grid;
+use crate::adaptive::whole_cells;
 use crate::frame::Target;
 use crate::renderer::visible_region;
-use crate::schedule::{for_each, thread_count};
+use crate::schedule::thread_count;
 use crate::shading::{encode, encode_linear, shade_bands};
 use crate::{Frame, FrameStats, Pass, Passes, Prepared, Region, Renderer, Settings};
 
@@ -29,40 +28,39 @@ pub enum Resolution {
     Full,
     /// One of four; the others are blended from those around them.
     Half,
-    /// One of four, and each in blocks of 32 x 32 where those differ.
+    /// Each, but one of four in cells of 8 x 8 pixels that show one triangle whose colours change little;
+    /// there the others are blended. No edge moves. [`ShadingRate::Two`](crate::ShadingRate::Two) goes
+    /// before it.
     Adaptive,
 }
-
-/// Pixels along a side of the blocks that adaptive frames draw again.
-const BLOCK: u32 = 32;
-
-/// Neighbours in the half frame differ if any of their codes differ by more: what shading changes
-/// over two pixels without an edge stays below.
-const CODES: u8 = 20;
 
 /// Rows of a job.
 const ROWS: u32 = 16;
 
-/// Memory for the half frame.
+/// Memory for another frame.
 #[derive(Debug, Default)]
 pub(crate) struct HalfScratch {
     frame: Frame,
-    /// By block of the region: whether it is to be drawn in full.
-    differ: Vec<bool>,
 }
 
 impl HalfScratch {
     /// Memory held.
     pub fn bytes(&self) -> usize {
         let Frame { linear, rgba8, .. } = &self.frame;
-        linear.capacity() * size_of::<Vec4>() + rgba8.capacity() * 4 + self.differ.capacity()
+        linear.capacity() * size_of::<Vec4>() + rgba8.capacity() * 4
     }
 }
 
+/// Whether adaptive cells of what is to be drawn are whole.
+pub(crate) fn is_whole_cells(view: &View, settings: &Settings) -> bool {
+    let region = visible_region(view, settings);
+    region == whole_cells(region, view.viewport().width(), view.viewport().height())
+}
+
 impl Renderer {
-    /// Draws the colours of a frame by [`Settings::resolution`], and its data in full. Counters are
+    /// Draws the colours of a frame at half resolution, and its data in full. Counters are
     /// those of the half frame.
-    pub(crate) fn reduced(
+    pub(crate) fn halved(
         &mut self,
         prepared: &Prepared,
         view: &View,
@@ -77,55 +75,94 @@ impl Renderer {
 
         let half_view = view.halved();
         let part = half_region(region, half_view.viewport());
-        let of_half = Settings {
-            passes: Passes::NONE.with(Pass::Linear).with(Pass::Color),
-            region: Some(part),
-            ..full
-        };
+        let passes = Passes::NONE.with(Pass::Linear);
+        let of_half = Settings { passes, region: Some(part), ..full };
         let mut stats = self.render(prepared, &half_view, &of_half, &mut scratch.frame);
 
-        let data = settings.passes.data();
-        if data != Passes::NONE {
-            self.render(prepared, view, &Settings { passes: data, ..full }, frame);
-        } else {
-            frame.reset(region.width, region.height, Passes::NONE);
-        }
+        self.data_of(prepared, view, &full, frame);
         let resolve = Instant::now();
         frame.make_room(settings.passes.colors());
         let half = Half { frame: &scratch.frame, part, viewport: half_view.viewport() };
         shade_bands(threads, region, frame, ROWS, |rect, out| {
-            half.enlarge(rect, out);
-            encode_linear(rect, out);
+            half.enlarge(settings.encoding, rect, out);
+            encode_linear(settings.encoding, rect, out);
             0
         });
         stats.stages.resolve += resolve.elapsed();
+        self.half = scratch;
+        stats.scratch_bytes = self.scratch_bytes();
+        stats.total = start.elapsed();
+        stats
+    }
 
-        if settings.resolution == Resolution::Adaptive {
-            let differ = &mut scratch.differ;
-            half.find_differences(region, threads, differ);
-            let passes = settings.passes.colors();
-            let full = Settings { passes, tile_px: BLOCK, ..full };
-            let again = self.blocks(prepared, view, &full, (region, &scratch.differ), frame);
-            stats.stages = stats.stages.plus(&again.stages);
-            stats.pixels_shaded += again.pixels_shaded;
+    /// Draws the colours of an adaptive frame in whole cells and cuts the region out; data is drawn as it
+    /// is. Counters are those of the colours.
+    pub(crate) fn in_whole_cells(
+        &mut self,
+        prepared: &Prepared,
+        view: &View,
+        settings: &Settings,
+        frame: &mut Frame,
+    ) -> FrameStats {
+        let start = Instant::now();
+        let region = visible_region(view, settings);
+        let larger = whole_cells(region, view.viewport().width(), view.viewport().height());
+        let mut scratch = std::mem::take(&mut self.half);
+        let passes = settings.passes.colors();
+        let colors = Settings { passes, region: Some(larger), ..*settings };
+        let mut stats = self.render(prepared, view, &colors, &mut scratch.frame);
+        self.data_of(prepared, view, settings, frame);
+        frame.make_room(passes);
+        let cut = |y: u32| {
+            let first = (region.y - larger.y + y) * larger.width + region.x - larger.x;
+            first as usize..(first + region.width) as usize
+        };
+        let rows = (0..region.height).map(cut);
+        if passes.contains(Pass::Color) {
+            frame.rgba8.clear();
+            frame.rgba8.extend(rows.clone().flat_map(|row| &scratch.frame.rgba8[row]));
+        }
+        if passes.contains(Pass::Linear) {
+            frame.linear.clear();
+            frame.linear.extend(rows.flat_map(|row| &scratch.frame.linear[row]));
         }
         self.half = scratch;
         stats.scratch_bytes = self.scratch_bytes();
         stats.total = start.elapsed();
         stats
     }
+
+    /// Gives a frame its size, and draws its data.
+    fn data_of(
+        &mut self,
+        prepared: &Prepared,
+        view: &View,
+        settings: &Settings,
+        frame: &mut Frame,
+    ) {
+        let passes = settings.passes.data();
+        if passes == Passes::NONE {
+            let region = visible_region(view, settings);
+            frame.reset(region.width, region.height, Passes::NONE);
+        } else {
+            self.render(prepared, view, &Settings { passes, ..*settings }, frame);
+        }
+    }
 }
 
-/// The part of the half picture that `region` hangs on: its whole blocks and one pixel around them.
+/// The part of the half picture that `region` hangs on: what lies over it, and one pixel around that.
 fn half_region(region: Region, half: Viewport) -> Region {
     let span = |start: u32, len: u32, side: u32| {
-        let first = (start / BLOCK * (BLOCK / 2)).saturating_sub(1);
-        let end = (start + len).div_ceil(BLOCK) * (BLOCK / 2) + 1;
-        (first, end.min(side) - first)
+        let first = (start / 2).saturating_sub(1);
+        ((start + len).div_ceil(2) + 1).min(side) - first
     };
-    let (x, width) = span(region.x, region.width, half.width());
-    let (y, height) = span(region.y, region.height, half.height());
-    Region { x, y, width, height }
+    let (x, y) = ((region.x / 2).saturating_sub(1), (region.y / 2).saturating_sub(1));
+    Region {
+        x,
+        y,
+        width: span(region.x, region.width, half.width()),
+        height: span(region.y, region.height, half.height()),
+    }
 }
 
 /// A part of the half picture.
@@ -138,7 +175,7 @@ struct Half<'a> {
 
 impl Half<'_> {
     /// Fills the colours of a rectangle of the whole picture, linear ones if there is room for them.
-    fn enlarge(&self, rect: Region, out: &mut Target<'_>) {
+    fn enlarge(&self, encoding: Encoding, rect: Region, out: &mut Target<'_>) {
         let columns: Vec<[usize; 2]> = (rect.x..rect.x + rect.width)
             .map(|x| nearest_two(x, self.viewport.width()).map(|x| (x - self.part.x) as usize))
             .collect();
@@ -153,53 +190,11 @@ impl Half<'_> {
                 let at = y as usize * out.stride + i;
                 match out.linear.get_mut(at) {
                     Some(linear) => *linear = color,
-                    None => out.rgba8[at] = encode(color),
+                    None => out.rgba8[at] = encode(encoding, color),
                 }
             }
         }
     }
-
-    /// Says of each block of `region`, row by row, whether neighbours in or around it differ.
-    fn find_differences(&self, region: Region, threads: usize, differ: &mut Vec<bool>) {
-        let grid = Grid::new(region, BLOCK);
-        differ.clear();
-        differ.resize(grid.len(), false);
-        let rows = differ.chunks_mut(grid.size[0] as usize).enumerate();
-        for_each(threads, rows, |(row, differ)| {
-            let row = grid.first[1] + row as u32;
-            for (differ, column) in differ.iter_mut().zip(grid.first[0]..) {
-                *differ = self.differs(column, row);
-            }
-        });
-    }
-
-    fn differs(&self, column: u32, row: u32) -> bool {
-        let span = |block: u32, side: u32, origin: u32| {
-            let first = (block * (BLOCK / 2)).saturating_sub(1);
-            let end = ((block + 1) * (BLOCK / 2) + 1).min(side);
-            (first - origin) as usize..(end - origin) as usize
-        };
-        let columns = span(column, self.viewport.width(), self.part.x);
-        let mut above: Option<&[[u8; 4]]> = None;
-        for row in span(row, self.viewport.height(), self.part.y) {
-            let start = row * self.frame.width as usize;
-            let row = &self.frame.rgba8[start + columns.start..start + columns.end];
-            let below = above.is_some_and(|above| above.iter().zip(row).any(far_apart));
-            if below || row.iter().zip(&row[1..]).any(far_apart) {
-                return true;
-            }
-            above = Some(row);
-        }
-        false
-    }
-}
-
-fn far_apart((a, b): (&[u8; 4], &[u8; 4])) -> bool {
-    let mut largest = 0;
-    for channel in 0..4 {
-        largest = a[channel].abs_diff(b[channel]).max(largest);
-    }
-    largest > CODES
 }
 
 /// The pixel of the half picture over a pixel of the whole one, and the next nearest.
@@ -262,22 +257,46 @@ mod tests {
     }
 
     #[test]
-    fn adaptive_is_nearer_to_full_and_shades_less() {
-        let [full, half, adaptive] = [Resolution::Full, Resolution::Half, Resolution::Adaptive]
-            .map(|resolution| draw(&with(resolution), "sphere:64"));
+    fn half_shades_a_quarter_and_draws_data_in_full() {
+        let [full, half] =
+            [Resolution::Full, Resolution::Half].map(|r| draw(&with(r), "sphere:64"));
         assert!(half.1.pixels_shaded * 7 < full.1.pixels_shaded * 2);
-        assert!(adaptive.1.pixels_shaded < full.1.pixels_shaded);
-        let (coarse, fine) = (error(&full.0, &half.0), error(&full.0, &adaptive.0));
-        assert!(0.0 < fine && fine < 0.05 * coarse, "{fine} {coarse}");
-        assert_eq!((&half.0.id, &adaptive.0.id), (&full.0.id, &full.0.id));
+        assert_eq!(half.0.id, full.0.id);
     }
 
     #[test]
-    fn blocks_drawn_again_are_those_of_the_full_frame() {
-        let [full, adaptive] =
-            [Resolution::Full, Resolution::Adaptive].map(|r| draw(&with(r), "masks").0);
-        let same = full.linear.iter().zip(&adaptive.linear).filter(|(a, b)| a == b).count();
-        assert!(same > full.len() / 2, "{same}");
+    fn adaptive_is_full_but_for_small_changes_inside_triangles() {
+        for (scene, antialias) in [("interior", Antialias::None), ("box-grid:2", Antialias::Msaa4)]
+        {
+            let passes = Passes::COLOR.with(Pass::Linear).with(Pass::Triangle);
+            let [full, adaptive] = [Resolution::Full, Resolution::Adaptive]
+                .map(|resolution| Settings { resolution, antialias, passes, ..Settings::default() })
+                .map(|settings| draw(&settings, scene).0);
+            assert_eq!(adaptive.triangle, full.triangle);
+            let (mut n_blended, mut n_cells) = (0, 0);
+            for y in (0..SIDES[1] - 8).step_by(8) {
+                for x in (0..SIDES[0] - 8).step_by(8) {
+                    let at = |i: u32| ((y + i / 8) * SIDES[0] + x + i % 8) as usize;
+                    let differs = |i: &u32| adaptive.linear[at(*i)] != full.linear[at(*i)];
+                    let n = (0..64).filter(differs).count();
+                    n_blended += n;
+                    n_cells += usize::from(n > 0);
+                    let triangle = full.triangle[at(0)];
+                    assert!(n == 0 || (0..64).all(|i| full.triangle[at(i)] == triangle), "{x} {y}");
+                }
+            }
+            assert!(n_cells > 3 && n_blended > 8 * n_cells, "{scene}: {n_blended} in {n_cells}");
+            let (half, _) = draw(
+                &Settings {
+                    resolution: Resolution::Half,
+                    antialias,
+                    passes,
+                    ..Settings::default()
+                },
+                scene,
+            );
+            assert!(error(&full, &adaptive) < 0.02 * error(&full, &half), "{scene}");
+        }
     }
 
     #[test]
@@ -287,7 +306,7 @@ mod tests {
             for antialias in [Antialias::None, Antialias::Msaa4] {
                 let whole = Settings { antialias, background: Vec4::ZERO, ..with(resolution) };
                 let part = Settings { region: Some(region), threads: 3, tile_px: 24, ..whole };
-                let (whole, part) = (draw(&whole, "masks").0, draw(&part, "masks").0);
+                let (whole, part) = (draw(&whole, "interior").0, draw(&part, "interior").0);
                 for y in 0..region.height as usize {
                     let from = (y + region.y as usize) * SIDES[0] as usize + region.x as usize;
                     let width = region.width as usize;

@@ -1,7 +1,7 @@
 //! How well and how to draw, as against what (`Prepared`) and from where (`View`).
 
 use cullet_raster::{DepthKind, Precision, SubpixelBits, Transforms};
-use cullet_shade::{Arithmetic, Filter, Light, PointLight, Shading};
+use cullet_shade::{Arithmetic, Division, Encoding, Filter, Light, PointLight, Shading};
 use cullet_transform::View;
 use glam::Vec4;
 
@@ -27,6 +27,10 @@ pub struct Settings {
     pub filter: Filter,
     /// What numbers texels are blended in.
     pub arithmetic: Arithmetic,
+    /// How shading divides by `w` and normalises: exactly, or within 7e-6.
+    pub division: Division,
+    /// How colours become 8-bit codes: exactly, or within one.
+    pub encoding: Encoding,
     /// How edges are smoothed. Data passes always take one sample at the pixel's centre.
     pub antialias: Antialias,
     /// How many pixels share a colour.
@@ -94,6 +98,8 @@ impl Settings {
             point_light: None,
             filter: Filter::Trilinear,
             arithmetic: Arithmetic::Float,
+            division: Division::Exact,
+            encoding: Encoding::Exact,
             antialias: Antialias::Msaa4,
             shading_rate: ShadingRate::One,
             transforms: Transforms::default(),

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use cullet_cull::Aabb;
 use cullet_raster::{Fragment, Interpolator};
 use cullet_scene::AlphaMode;
-use cullet_shade::{Look, Needs, PointLight, Surface, Triangle, alpha, base_color, srgb, uv};
+use cullet_shade::{Encoding, Look, Needs, PointLight, Surface, Triangle, alpha, base_color, uv};
 use cullet_shade::{world_normal, world_position};
 use cullet_transform::PlaneMask;
 use glam::{DMat4, DVec3, Vec4};
@@ -28,8 +28,9 @@ pub(crate) struct Scene<'a> {
 
 impl Scene<'_> {
     pub(crate) fn look(&self) -> Look {
-        let Settings { light, point_light, filter, arithmetic, simd, .. } = *self.settings;
-        Look { light, point_light, filter, arithmetic, simd }
+        let Settings { light, point_light, filter, arithmetic, division, encoding, simd, .. } =
+            *self.settings;
+        Look { light, point_light, filter, arithmetic, division, encoding, simd }
     }
 
     /// What the colours of an item need in this frame.
@@ -173,7 +174,7 @@ pub(crate) fn fill_background_from(
     first: usize,
     out: &mut Target<'_>,
 ) {
-    let code = encode(settings.background);
+    let code = encode(settings.encoding, settings.background);
     for y in 0..height as usize {
         let start = first + y * out.stride;
         let row = start..start + width as usize;
@@ -187,12 +188,12 @@ pub(crate) fn fill_background_from(
 
 /// Encodes the linear picture of a rectangle, where there is one, into bytes, where they are
 /// wanted.
-pub(crate) fn encode_linear(rect: Region, out: &mut Target<'_>) {
+pub(crate) fn encode_linear(encoding: Encoding, rect: Region, out: &mut Target<'_>) {
     for y in 0..rect.height as usize {
         let row = y * out.stride..y * out.stride + rect.width as usize;
         if let (Some(linear), Some(bytes)) = (out.linear.get(row.clone()), out.rgba8.get_mut(row)) {
             for (out, color) in bytes.iter_mut().zip(linear) {
-                *out = encode(*color);
+                *out = encode(encoding, *color);
             }
         }
     }
@@ -209,7 +210,8 @@ pub(crate) fn shade_run(
     let range = start..start + run.len;
     if scene.settings.passes.needs_color() {
         if out.linear.is_empty() {
-            fill(out.rgba8, &range, run, |f| encode(triangle.color(scene, f)));
+            let encoding = scene.settings.encoding;
+            fill(out.rgba8, &range, run, |f| encode(encoding, triangle.color(scene, f)));
         } else {
             fill(out.linear, &range, run, |f| triangle.color(scene, f));
         }
@@ -279,9 +281,10 @@ fn fill<T>(
 }
 
 /// Linear RGBA to 8-bit sRGB with linear alpha.
-pub(crate) fn encode(color: Vec4) -> [u8; 4] {
+pub(crate) fn encode(encoding: Encoding, color: Vec4) -> [u8; 4] {
     // Most pixels are opaque, and rounding is a call where there is no instruction for it.
     let opaque = color.w == 1.0;
     let alpha = if opaque { 255 } else { (color.w * 255.0).round_ties_even() as u8 }; // NaN is 0
-    [srgb::encode8(color.x), srgb::encode8(color.y), srgb::encode8(color.z), alpha]
+    let [r, g, b, _] = color.to_array();
+    [encoding.encode8(r), encoding.encode8(g), encoding.encode8(b), alpha]
 }

@@ -5,6 +5,7 @@
 //! than a tile of them is ever held. Means are taken in linear light with alpha counted in (Porter
 //! & Duff 1984, "Compositing Digital Images"), row by row and left to right.
 
+use cullet_shade::Encoding;
 use cullet_transform::{View, Viewport};
 use glam::Vec4;
 
@@ -58,7 +59,7 @@ impl FineTile {
     }
 
     /// Averages `n` by `n` pixels for each of `out`.
-    pub fn average(&self, n: u32, out: &mut Target<'_>) {
+    pub fn average(&self, n: u32, encoding: Encoding, out: &mut Target<'_>) {
         let n = n as usize;
         for (y, rows) in self.linear.chunks_exact(n * self.width).enumerate() {
             for x in 0..self.width / n {
@@ -68,7 +69,7 @@ impl FineTile {
                     *linear = color;
                 }
                 if let Some(bytes) = out.rgba8.get_mut(at) {
-                    *bytes = encode(color);
+                    *bytes = encode(encoding, color);
                 }
             }
         }
@@ -136,7 +137,7 @@ mod tests {
                 let found = color.as_dvec4();
                 let found = (found.truncate() * found.w).extend(found.w);
                 assert!((found - sum).abs().max_element() < 1e-6, "pixel {i}");
-                assert_eq!(frame.rgba8[i], encode(*color));
+                assert_eq!(frame.rgba8[i], encode(Encoding::Exact, *color));
                 n_partly += u32::from(color.w > 0.0 && color.w < 1.0);
             }
             assert!(n_partly > 50, "{n_partly}");

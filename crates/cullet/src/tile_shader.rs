@@ -13,6 +13,7 @@ use cullet_shade::Needs;
 use cullet_shade::wide::{self, ColorPlanes, Group, Out, Paint, PointPlanes, Record};
 use glam::Vec4;
 
+use crate::adaptive::AdaptiveScratch;
 use crate::batch::{BATCH, Batch};
 use crate::coarse::CoarseScratch;
 use crate::draws::Draws;
@@ -23,7 +24,7 @@ use crate::shading::{encode, encode_linear, fill_background, fill_background_fro
 use crate::tile_data::{Distance, fill_data};
 use crate::tiles::RasterScratch;
 use crate::visibility::{CornerSlots, Corners, scan};
-use crate::{Pass, Passes, Region, ShadingRate};
+use crate::{Pass, Passes, Region, Resolution, Settings, ShadingRate};
 
 /// A place of the picture whose colour is wanted.
 #[derive(Clone, Copy, Debug)]
@@ -58,6 +59,7 @@ pub(crate) struct ShadeScratch {
     corners: CornerSlots,
     pub(crate) edges: EdgeScratch,
     pub(crate) coarse: CoarseScratch,
+    pub(crate) adaptive: AdaptiveScratch,
 }
 
 impl Default for ShadeScratch {
@@ -77,6 +79,7 @@ impl Default for ShadeScratch {
             corners: CornerSlots::default(),
             edges: EdgeScratch::default(),
             coarse: CoarseScratch::default(),
+            adaptive: AdaptiveScratch::default(),
         }
     }
 }
@@ -98,6 +101,7 @@ impl ShadeScratch {
             + self.points.capacity() * size_of::<PointPlanes>()
             + self.edges.bytes()
             + self.coarse.bytes()
+            + self.adaptive.bytes()
     }
 }
 
@@ -134,7 +138,7 @@ impl<'a> TileShader<'a> {
             // Data is where nothing is from the start.
             if passes.needs_color() {
                 fill_background(self.scene.settings, rect, out);
-                encode_linear(rect, out);
+                encode_linear(self.scene.settings.encoding, rect, out);
             }
             return 0;
         }
@@ -142,7 +146,7 @@ impl<'a> TileShader<'a> {
             Samples::One => self.one_sample(rect, raster, place, passes, out),
             _ => {
                 let n_pixels = self.multisampled(rect, tile, place, out);
-                encode_linear(rect, out);
+                encode_linear(self.scene.settings.encoding, rect, out);
                 n_pixels
             }
         }
@@ -162,7 +166,7 @@ impl<'a> TileShader<'a> {
         let mut n_pixels = 0;
         if passes.needs_color() {
             n_pixels = self.blocks(rect, ids, stride, out);
-            encode_linear(rect, out);
+            encode_linear(self.scene.settings.encoding, rect, out);
         }
         let data = passes.data();
         if data != Passes::NONE || !passes.needs_color() {
@@ -219,9 +223,11 @@ impl<'a> TileShader<'a> {
         stride: usize,
         out: &mut Target<'_>,
     ) -> u64 {
-        let part = match self.scene.settings.shading_rate {
-            ShadingRate::One => Self::block,
-            ShadingRate::Two => {
+        let Settings { shading_rate, resolution, .. } = *self.scene.settings;
+        let part = match (shading_rate, resolution) {
+            (ShadingRate::One, Resolution::Adaptive) => Self::adaptive_block,
+            (ShadingRate::One, _) => Self::block,
+            (ShadingRate::Two, _) => {
                 fill_background(self.scene.settings, rect, out);
                 Self::coarse_block
             }
@@ -271,6 +277,11 @@ impl<'a> TileShader<'a> {
             return;
         }
         self.set_up(block);
+        self.paint_more(block, out);
+    }
+
+    /// Colours other pixels of triangles that have been set up.
+    pub(crate) fn paint_more(&mut self, block: [u32; 2], out: &mut Out<'_>) {
         let scratch = &mut *self.scratch;
         let Draws { all, paints, .. } = &scratch.draws;
         let counts = &mut scratch.n_runs_of_paint;
@@ -377,7 +388,7 @@ impl<'a> TileShader<'a> {
             let color = triangle.color(&scene, &interpolator.fragment_at([x, y]));
             match out {
                 Out::Linear(out) => out[pixel.out as usize] = color,
-                Out::Bytes(out) => out[pixel.out as usize] = encode(color),
+                Out::Bytes(out) => out[pixel.out as usize] = encode(scene.settings.encoding, color),
             }
         }
     }

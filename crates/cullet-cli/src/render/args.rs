@@ -5,8 +5,9 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use cullet::{
-    Antialias, Arithmetic, CullTest, DepthKind, Filter, Level, Light, PointLight, Region,
-    RendererKind, Resolution, Settings, Shading, ShadingRate, SubpixelBits, Transforms,
+    Antialias, Arithmetic, CullTest, DepthKind, Division, Encoding, Filter, Level, Light,
+    PointLight, Region, RendererKind, Resolution, Settings, Shading, ShadingRate, SubpixelBits,
+    Transforms,
 };
 use glam::{DVec3, Vec3, Vec4};
 
@@ -65,6 +66,14 @@ pub struct RenderArgs {
     /// of linear light. The few pixels that single precision does not serve, and nearest texels, take floats
     #[arg(long, value_enum, default_value = "float")]
     pub texture_arithmetic: ArithmeticName,
+    /// How shading divides by w and normalises. Approximate: within 7e-6, without dividing, where eight
+    /// pixels are shaded at a time
+    #[arg(long, value_enum, default_value = "exact")]
+    pub division: DivisionName,
+    /// How colours become 8-bit codes; table and polynomial are off by one code at most. 16-bit codes are
+    /// always exact
+    #[arg(long, value_enum, default_value = "exact")]
+    pub srgb: SrgbName,
     /// How edges are smoothed: so many samples of each pixel find out what is visible, and each triangle
     /// seen there is shaded once (msaa), or every sample is shaded (ssaa: four or sixteen times the work).
     /// Data passes and the ray caster take one sample at the centre [default: msaa4; none with
@@ -185,7 +194,7 @@ pub enum ResolutionName {
     Full,
     /// One of four; the others are blended from those around them
     Half,
-    /// One of four, and each where those differ
+    /// Each, but one of four where a triangle's colours change little
     Adaptive,
 }
 
@@ -218,6 +227,8 @@ pub enum TextureFilter {
     Bilinear,
     /// Four texels in each of two levels
     Trilinear,
+    /// Up to sixteen trilinear samples along the longer side of what a pixel covers
+    Anisotropic,
 }
 
 impl TextureFilter {
@@ -227,6 +238,7 @@ impl TextureFilter {
             TextureFilter::Nearest => Filter::Nearest,
             TextureFilter::Bilinear => Filter::Bilinear,
             TextureFilter::Trilinear => Filter::Trilinear,
+            TextureFilter::Anisotropic => Filter::Anisotropic,
         }
     }
 }
@@ -253,6 +265,26 @@ impl ArithmeticName {
             ArithmeticName::Eight => Arithmetic::Eight,
         }
     }
+}
+
+/// `--division`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum DivisionName {
+    /// Division and square root as IEEE 754 has them
+    Exact,
+    /// Two steps of Newton from a guess
+    Approximate,
+}
+
+/// `--srgb`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum SrgbName {
+    /// The code nearest to the exact curve
+    Exact,
+    /// A table of 4096 evenly spaced values
+    Table,
+    /// A cubic in the fourth root
+    Polynomial,
 }
 
 /// `--aa`.
@@ -449,6 +481,15 @@ impl RenderArgs {
             point_light: self.point_light,
             filter: self.texture.setting(),
             arithmetic: self.texture_arithmetic.setting(),
+            division: match self.division {
+                DivisionName::Exact => Division::Exact,
+                DivisionName::Approximate => Division::Approximate,
+            },
+            encoding: match self.srgb {
+                SrgbName::Exact => Encoding::Exact,
+                SrgbName::Table => Encoding::Table,
+                SrgbName::Polynomial => Encoding::Polynomial,
+            },
             cull: match self.cull {
                 CullName::None => CullTest::None,
                 CullName::Corners => CullTest::Corners,

@@ -378,6 +378,8 @@ fn settings_json(
         "quality": name(&args.quality),
         "texture": name(&args.texture),
         "texture_arithmetic": name(&args.texture_arithmetic),
+        "division": name(&args.division),
+        "srgb": name(&args.srgb),
         "aa": name_of(settings.antialias, Antialiasing::setting),
         "accumulate": settings.accumulate,
         "resolution": name_of(settings.resolution, ResolutionName::setting),

@@ -7,7 +7,7 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use cullet::transform::{SinCos, SinCosTable};
-use cullet_measure::{Comparison, Rounds, Summary};
+use cullet_measure::{Comparison, Order, Rounds, Summary};
 
 use super::measure::clock;
 use super::plan::ROUNDS;
@@ -56,7 +56,8 @@ pub fn measure(budget: Duration) -> Vec<Call> {
         .collect();
     let mut turns: Vec<&mut dyn FnMut()> =
         calls.iter_mut().map(|call| call as &mut dyn FnMut()).collect();
-    let rounds = Rounds { warm_up: 2, at_least: ROUNDS, at_most: 101, budget };
+    let rounds =
+        Rounds { warm_up: 2, at_least: ROUNDS, at_most: 101, budget, order: Order::Turning };
     let seconds = rounds.time_on(&mut *clock(1), &mut turns);
     let per_call: Vec<Vec<f64>> = seconds
         .iter()

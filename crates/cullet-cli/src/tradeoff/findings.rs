@@ -1,10 +1,11 @@
 //! What the figures say, in words made from nothing but the figures.
 
-use cullet_measure::{Trade, dominated_by};
+use cullet_measure::{Comparison, Trade, dominated_by};
 use serde::Serialize;
 
 use super::calls;
-use super::knobs::{KNOBS, QUALITY};
+use super::knobs::{DIVISION, KNOBS, POINT_LIGHT, QUALITY, SRGB};
+use super::measure::SceneMeasured;
 use super::metrics::Metric;
 use super::table::{Row, panels};
 
@@ -29,9 +30,29 @@ pub enum Kind {
     Measured,
 }
 
+/// The default of a scene, measured once more as if it were another.
+pub struct Control {
+    /// The scene.
+    pub scene: String,
+    /// Of its time, how much the two differ.
+    pub off: f64,
+    /// The larger of the spreads.
+    pub spread: f64,
+}
+
+impl Control {
+    /// Of a scene that was measured.
+    pub fn of(scene: &str, measured: &SceneMeasured) -> Control {
+        let Comparison { a, b, .. } = measured.control;
+        let off = (1.0 - b.median / a.median).abs();
+        Control { scene: scene.into(), off, spread: a.spread().max(b.spread()) }
+    }
+}
+
 /// All sentences: expectations first, then a trade per value of a knob.
-pub fn findings(rows: &[Row]) -> Vec<Finding> {
-    let mut all = expectations(rows);
+pub fn findings(rows: &[Row], controls: &[Control]) -> Vec<Finding> {
+    let mut all: Vec<Finding> = control(controls).into_iter().collect();
+    all.extend(expectations(rows));
     for knob in KNOBS.iter().map(|knob| knob.name).chain([calls::KNOB]) {
         let values = distinct(rows.iter().filter(|row| row.knob == knob).map(|row| row.value));
         for value in values {
@@ -39,6 +60,22 @@ pub fn findings(rows: &[Row]) -> Vec<Finding> {
         }
     }
     all
+}
+
+/// Whether what is the same takes the same time.
+fn control(controls: &[Control]) -> Option<Finding> {
+    let figures: Vec<String> = controls
+        .iter()
+        .map(|Control { scene, off, spread }| {
+            format!("{scene}: {:.1}%, spread {:.1}%", 100.0 * off, 100.0 * spread)
+        })
+        .collect();
+    let holds = controls.iter().all(|control| control.off <= control.spread);
+    let kind = if holds { Kind::Confirmed } else { Kind::Refuted };
+    let text = "The default, measured a second time in the same rounds, takes the same time to within its \
+                spread";
+    (!figures.is_empty())
+        .then(|| Finding { kind, text: format!("{text} ({})", figures.join("; ")) })
 }
 
 /// What a value gains and costs against the default.
@@ -106,6 +143,18 @@ fn expectations(rows: &[Row]) -> Vec<Finding> {
         let holds = trilinear < bilinear && trilinear < nearest;
         Some((holds, if holds { figures } else { figures.replace('>', "/") }))
     });
+    expect("Anisotropic filtering is nearer to the truth than trilinear", &|scene| {
+        let of = |value| find(scene, "texture", value, Metric::Flip);
+        let (trilinear, stretched) = (of("trilinear")?, of("anisotropic")?);
+        let figures = format!(
+            "FLIP {} in {} ms, trilinear {} in {} ms",
+            short(stretched.error),
+            short(stretched.time_ms),
+            short(trilinear.error),
+            short(trilinear.time_ms)
+        );
+        Some((stretched.error < trilinear.error, figures))
+    });
     expect(
         "On edges, those in textures included, MSAA is as good as as many frames to within a tenth",
         &|scene| {
@@ -151,6 +200,46 @@ fn expectations(rows: &[Row]) -> Vec<Finding> {
         let (on, off) = (of("on")?, of("off")?);
         Some((on == off, format!("{} and {} ppm", short(on), short(off))))
     });
+    expect("Leaving out what lies beyond the end of a light changes no pixel", &|scene| {
+        let of = |value| {
+            let error = |metric| Some(find(scene, POINT_LIGHT, value, metric)?.error);
+            Some((error(Metric::LightFlip)?, error(Metric::LightMax)?))
+        };
+        let (left_out, all) = (of("1")?, of("1-everywhere")?);
+        let words = |(flip, most)| format!("FLIP {}, at most {}", short(flip), short(most));
+        Some((left_out == all, format!("{} and {}", words(left_out), words(all))))
+    });
+    expect("A light that ends takes less time than one that does not", &|scene| {
+        let of = |value| find(scene, POINT_LIGHT, value, Metric::LightFlip);
+        let (none, near, endless) = (of("none")?, of("0.5")?, of("inf")?);
+        let figures = format!(
+            "{} ms with a reach of 0.5, {} without end, {} without the light; FLIP {}",
+            short(near.time_ms),
+            short(endless.time_ms),
+            short(none.time_ms),
+            short(near.error)
+        );
+        let doubt = 1.0 - (near.spread + endless.spread);
+        Some((near.time_ms < doubt * endless.time_ms, figures))
+    });
+    for (text, knob, value) in [
+        ("Reciprocals without dividing save time", DIVISION, "approximate"),
+        ("A plain table of sRGB codes saves time", SRGB, "table"),
+        ("A polynomial for sRGB codes saves time", SRGB, "polynomial"),
+    ] {
+        expect(text, &|scene| {
+            let of = |value| find(scene, knob, value, Metric::DefaultMax);
+            let (rough, exact) = (of(value)?, of("exact")?);
+            let figures = format!(
+                "{} ms, exact {} ms, off by {} at most",
+                short(rough.time_ms),
+                short(exact.time_ms),
+                short(rough.error)
+            );
+            let doubt = 1.0 - (rough.spread + exact.spread);
+            Some((rough.time_ms < doubt * exact.time_ms, figures))
+        });
+    }
 
     let of_preset = |row: &&Row| row.knob == QUALITY;
     expect("The default is beaten by no configuration by more than 5% of its time", &|scene| {
@@ -277,13 +366,24 @@ mod tests {
             row("b", "none", 0.6, 0.25),
         ];
         find_fronts(&mut rows);
-        let all = findings(&rows);
+        let all = findings(&rows, &[]);
         let text = "aa none takes 0.50 to 0.60 times the time of the default: flip 0.25 to 0.3 \
                     instead of 0.1 to 0.2 (on the front of 2 of 2)";
         assert_eq!(all.last(), Some(&Finding { kind: Kind::Measured, text: text.into() }));
         let default = "The default is beaten by no configuration by more than 5% of its time \
                        (a: 0.0% in flip; b: 0.0% in flip)";
         assert_eq!(all[0], Finding { kind: Kind::Confirmed, text: default.into() });
+    }
+
+    #[test]
+    fn what_is_measured_twice_agrees_or_says_so() {
+        let first = |off| {
+            let control = Control { scene: "a".into(), off, spread: 0.02 };
+            findings(&[], &[control]).remove(0)
+        };
+        assert_eq!(first(0.02).kind, Kind::Confirmed);
+        assert_eq!(first(0.03).kind, Kind::Refuted);
+        assert!(first(0.03).text.ends_with("(a: 3.0%, spread 2.0%)"));
     }
 
     #[test]
@@ -296,7 +396,7 @@ mod tests {
         let rows = |trilinear| {
             [shimmer("nearest", 0.3), shimmer("bilinear", 0.2), shimmer("trilinear", trilinear)]
         };
-        let first = |trilinear| findings(&rows(trilinear)).remove(0);
+        let first = |trilinear| findings(&rows(trilinear), &[]).remove(0);
         assert_eq!(first(0.1).kind, Kind::Confirmed);
         assert_eq!(first(0.1).text, "Trilinear filtering shimmers least (a: 0.3 > 0.2 > 0.1)");
         assert_eq!(first(0.25).kind, Kind::Refuted);

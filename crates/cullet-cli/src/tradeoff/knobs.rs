@@ -5,11 +5,14 @@
 //! the budget is short, the last are left out first.
 
 use cullet::{
-    Antialias, Arithmetic, CullTest, DepthKind, Filter, Resolution, Settings, Shading, ShadingRate,
-    SubpixelBits, Transforms,
+    Antialias, Arithmetic, CullTest, DepthKind, Division, Encoding, Filter, Resolution, Settings,
+    Shading, ShadingRate, SubpixelBits, Transforms,
 };
 
-use super::metrics::Metric::{self, EdgeRmse, FalseVisible, Flip, IdPpm, Shimmer, SsimLoss};
+use super::lamp::of_reach;
+use super::metrics::Metric::{
+    self, DefaultMax, EdgeRmse, FalseVisible, Flip, IdPpm, LightFlip, LightMax, Shimmer, SsimLoss,
+};
 
 /// One trade.
 pub struct Knob {
@@ -26,6 +29,20 @@ pub type Value = (&'static str, fn(&mut Settings));
 
 /// The name of the knob whose values are the presets.
 pub const QUALITY: &str = "quality";
+
+/// The name of the knob of the light at a point; its values are reaches, see [`super::lamp`].
+pub const POINT_LIGHT: &str = "point-light";
+
+/// Its light without end: what one with an end is measured against.
+pub fn endless_light(settings: &mut Settings) {
+    settings.point_light = of_reach(f32::INFINITY);
+}
+
+/// The name of the knob of reciprocals and inverse roots.
+pub const DIVISION: &str = "division";
+
+/// The name of the knob of 8-bit codes.
+pub const SRGB: &str = "srgb";
 
 /// Every knob.
 pub const KNOBS: &[Knob] = &[
@@ -57,6 +74,7 @@ pub const KNOBS: &[Knob] = &[
             ("nearest", |s| s.filter = Filter::Nearest),
             ("bilinear", |s| s.filter = Filter::Bilinear),
             ("trilinear", |s| s.filter = Filter::Trilinear),
+            ("anisotropic", |s| s.filter = Filter::Anisotropic),
         ],
     },
     Knob {
@@ -106,12 +124,43 @@ pub const KNOBS: &[Knob] = &[
             ("sat-flat", |s| (s.cull, s.hierarchy) = (CullTest::Sat, false)),
         ],
     },
+    // A light that is in no other row, so its errors have a reference and panels of their own.
+    Knob {
+        name: POINT_LIGHT,
+        metrics: &[LightFlip, LightMax],
+        values: &[
+            ("none", |s| s.point_light = None),
+            ("0.5", |s| s.point_light = of_reach(0.5)),
+            ("1", |s| s.point_light = of_reach(1.0)),
+            ("2", |s| s.point_light = of_reach(2.0)),
+            ("inf", endless_light),
+            // No object is spared for lying beyond the end.
+            ("1-everywhere", |s| (s.point_light, s.cull) = (of_reach(1.0), CullTest::None)),
+        ],
+    },
     Knob {
         name: "shading-rate",
         metrics: &[Flip, SsimLoss],
         values: &[
             ("2", |s| s.shading_rate = ShadingRate::Two),
             ("1", |s| s.shading_rate = ShadingRate::One),
+        ],
+    },
+    Knob {
+        name: DIVISION,
+        metrics: &[Flip, DefaultMax],
+        values: &[
+            ("approximate", |s| s.division = Division::Approximate),
+            ("exact", |s| s.division = Division::Exact),
+        ],
+    },
+    Knob {
+        name: SRGB,
+        metrics: &[Flip, DefaultMax],
+        values: &[
+            ("table", |s| s.encoding = Encoding::Table),
+            ("polynomial", |s| s.encoding = Encoding::Polynomial),
+            ("exact", |s| s.encoding = Encoding::Exact),
         ],
     },
     Knob {

@@ -5,9 +5,9 @@ use std::time::{Duration, Instant};
 
 use cpu_time::ThreadTime;
 use cullet::{Frame, FrameStats, Prepared, Renderer, Settings, View};
-use cullet_measure::{Comparison, MeasureError, Picture, Rounds, Summary};
+use cullet_measure::{Comparison, MeasureError, Order, Picture, Rounds, Summary};
 
-use super::knobs::{Configuration, configurations};
+use super::knobs::{Configuration, configurations, endless_light};
 use super::metrics::{Drawn, Errors, Metric, errors, picture};
 use super::plan::{Budget, FEWEST_ROUNDS, REFERENCE_SHARE, ROUNDS, affordable, time_for_rounds};
 use super::reference::{Reference, Room};
@@ -41,6 +41,9 @@ pub struct SceneMeasured {
     pub left_out: Vec<String>,
     /// Rounds timed.
     pub n_rounds: usize,
+    /// The default once more, as if it were another: against itself, round by round. What this is
+    /// off from 1 no two rows can be told apart by.
+    pub control: Comparison,
 }
 
 /// What a run says about where it is.
@@ -100,7 +103,11 @@ pub fn scene(
     let base = configurations[0].settings;
     let room =
         Room { time: whole.mul_f64(REFERENCE_SHARE), rays: report.budget.rays(report.n_scenes) };
-    let reference = Reference::find(prepared, view, &base, room, &mut |step| report.say(step))?;
+    let mut lit = Settings::balanced();
+    endless_light(&mut lit);
+    common(&mut lit);
+    let say = &mut |step: &str| report.say(step);
+    let reference = Reference::find(prepared, view, &base, &lit, room, say)?;
 
     let mut left_out = Vec::new();
     let mut now = clock(threads);
@@ -138,6 +145,10 @@ pub fn scene(
         }
     }
 
+    let mut control =
+        Rival { settings: base, renderer: Renderer::default(), frame: Frame::default() };
+    control.draw(prepared, view);
+
     report.say("rounds");
     let mut calls: Vec<_> =
         measured.iter_mut().map(|(_, rival, _)| || _ = rival.draw(prepared, view)).collect();
@@ -146,27 +157,30 @@ pub fn scene(
         report.say(&format!("round {n}"));
         n += 1;
     };
-    let mut turns: Vec<&mut dyn FnMut()> = vec![&mut tell];
+    let mut again = || _ = control.draw(prepared, view);
+    let mut turns: Vec<&mut dyn FnMut()> = vec![&mut tell, &mut again];
     turns.extend(calls.iter_mut().map(|call| call as &mut dyn FnMut()));
     let rounds = Rounds {
         warm_up: 0, // each has drawn its frame for the errors
         at_least: FEWEST_ROUNDS,
         at_most: 7 * ROUNDS,
         budget: end.saturating_duration_since(Instant::now()),
+        order: Order::Turning,
     };
     let seconds = rounds.time_on(&mut *now, &mut turns);
     drop(turns);
     drop(calls);
 
-    let base = &seconds[1];
-    let all = measured.into_iter().zip(&seconds[1..]).map(|((configuration, _, of_one), own)| {
+    let base = &seconds[2];
+    let control = Comparison::of(base, &seconds[1]).expect("at least one round");
+    let all = measured.into_iter().zip(&seconds[2..]).map(|((configuration, _, of_one), own)| {
         let Comparison { b: time, ratios: ratio, .. } =
             Comparison::of(base, own).expect("at least one round");
         let (errors, picture) = of_one;
         Measured { configuration, time, ratio, errors, picture }
     });
     let (all, n_rounds) = (all.collect(), base.len());
-    Ok(SceneMeasured { reference, all, left_out, n_rounds })
+    Ok(SceneMeasured { reference, all, left_out, n_rounds, control })
 }
 
 /// The errors of the picture in `rival`, and the picture.

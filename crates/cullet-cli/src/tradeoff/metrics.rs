@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use cullet::{Frame, Pass, Passes, Prepared, Renderer, Settings, View};
 use cullet_measure::{
-    ErrorMap, MeasureError, PIXELS_PER_DEGREE, Picture, flip, ids_differ_ppm, split_psnr, ssim,
+    ErrorMap, MeasureError, PIXELS_PER_DEGREE, Picture, flip, ids_differ_ppm, max_abs, split_psnr,
+    ssim,
 };
 
 use super::reference::Reference;
@@ -24,6 +25,12 @@ pub enum Metric {
     Shimmer,
     /// Objects kept that are outside the view, out of a million of the scene.
     FalseVisible,
+    /// Mean FLIP against the same picture with a light at a point that does not end.
+    LightFlip,
+    /// The largest difference from that picture.
+    LightMax,
+    /// The largest difference from the default's picture.
+    DefaultMax,
     /// Largest error of a sine or cosine.
     MaxAbs,
 }
@@ -38,6 +45,9 @@ impl Metric {
             Metric::IdPpm => "id_ppm",
             Metric::Shimmer => "shimmer",
             Metric::FalseVisible => "false_visible_ppm",
+            Metric::LightFlip => "light_flip",
+            Metric::LightMax => "light_max",
+            Metric::DefaultMax => "default_max",
             Metric::MaxAbs => "max_abs",
         }
     }
@@ -59,6 +69,14 @@ impl Metric {
             }
             Metric::FalseVisible => {
                 "objects kept that the exact test rejects, of a million of the scene"
+            }
+            Metric::LightFlip => "mean FLIP against the same settings with a light that never ends",
+            Metric::LightMax => {
+                "largest difference of a channel (0 to 1) from the same settings with a light that \
+                 never ends"
+            }
+            Metric::DefaultMax => {
+                "largest difference of a channel (0 to 1) from the picture of the default"
             }
             Metric::MaxAbs => "largest absolute error of a sine or cosine, angles to 1e9",
         }
@@ -127,6 +145,9 @@ pub fn errors(
                 let n_false = drawn.n_kept.saturating_sub(reference.n_visible);
                 n_false as f64 / drawn.prepared.items().len().max(1) as f64 * 1e6
             }
+            Metric::LightFlip => flip(&reference.lit, drawn.picture, PIXELS_PER_DEGREE)?.mean(),
+            Metric::LightMax => max_abs(&reference.lit, drawn.picture)?,
+            Metric::DefaultMax => max_abs(&reference.default, drawn.picture)?,
             Metric::MaxAbs => continue, // not of pictures
         };
         errors.values.push((metric, error));

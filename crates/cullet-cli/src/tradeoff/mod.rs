@@ -7,6 +7,7 @@ mod calls;
 mod findings;
 mod html;
 mod knobs;
+mod lamp;
 mod machine;
 mod measure;
 mod metrics;
@@ -31,7 +32,8 @@ use crate::output::{Outputs, Target, print, spare_inputs};
 use crate::render::{camera, size};
 use crate::source::{Limits, Source};
 use crate::stats;
-use findings::{Finding, findings};
+use findings::{Control, Finding, findings};
+use lamp::Lamp;
 use machine::Machine;
 use measure::{Reporter, SceneMeasured};
 use plan::Budget;
@@ -130,7 +132,11 @@ pub fn run(args: &TradeoffArgs) -> Result<(), Failure> {
         let (eye, _) = camera::choose(&camera, Some(args.size), &prepared)?;
         let view = View::new(&eye, viewport);
         let threads = usize::from(args.threads);
-        let common = move |settings: &mut Settings| settings.threads = threads;
+        let lamp = Lamp::find(&prepared, &view);
+        let common = move |settings: &mut Settings| {
+            settings.threads = threads;
+            lamp.hang(settings);
+        };
         let measured = measure::scene(&prepared, &view, &common, threads, end, &report)?;
         scenes.push(SceneReport { name, camera, measured });
     }
@@ -138,7 +144,9 @@ pub fn run(args: &TradeoffArgs) -> Result<(), Failure> {
         scenes.iter().flat_map(|scene| table::of_scene(&scene.name, &scene.measured)).collect();
     rows.extend(table::of_calls(&calls));
     table::find_fronts(&mut rows);
-    let findings = findings(&rows);
+    let controls: Vec<Control> =
+        scenes.iter().map(|scene| Control::of(&scene.name, &scene.measured)).collect();
+    let findings = findings(&rows, &controls);
     drop(line);
 
     let report = Report {

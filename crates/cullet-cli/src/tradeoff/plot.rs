@@ -16,13 +16,14 @@ const RIGHT: f64 = 16.0;
 const TOP: f64 = 34.0;
 const BOTTOM: f64 = 44.0;
 /// Above the panels, for the title and the key.
-const HEAD: f64 = 64.0;
+const HEAD: f64 = 84.0;
 /// Below the smallest error, for errors of 0.
 const ZERO: f64 = 20.0;
 
-const COLORS: [&str; 10] = [
+const COLORS: [&str; 18] = [
     "#d62728", "#1f77b4", "#2ca02c", "#9467bd", "#e67700", "#8c564b", "#17899a", "#c2549d",
-    "#6b7280", "#a3871a",
+    "#6b7280", "#a3871a", "#0b3d91", "#7a1f1f", "#3d5a1e", "#5c2a86", "#ff9d5c", "#c9a38f",
+    "#63c6d4", "#f2a3cf",
 ];
 
 /// The drawing, for a file of its own or a page.
@@ -47,16 +48,21 @@ pub fn svg(rows: &[Row]) -> String {
          <text x='176' y='22' fill='#555'>left is faster, down is truer; full dots on the line: \
          the front; hollow: beaten</text>\n"
     );
-    let mut x = 14.0;
+    let (mut x, mut y) = (14.0, 42.0);
     for (i, knob) in knobs.iter().enumerate() {
         let color = COLORS[i % COLORS.len()];
+        let room = 30.0 + 6.6 * knob.len() as f64;
+        if x + room > width {
+            (x, y) = (14.0, y + 20.0);
+        }
         let _ = writeln!(
             svg,
-            "<circle cx='{:.1}' cy='42' r='4.5' fill='{color}'/><text x='{:.1}' y='46'>{knob}</text>",
+            "<circle cx='{:.1}' cy='{y}' r='4.5' fill='{color}'/><text x='{:.1}' y='{}'>{knob}</text>",
             x + 4.5,
-            x + 13.0
+            x + 13.0,
+            y + 4.0
         );
-        x += 30.0 + 6.6 * knob.len() as f64;
+        x += room;
     }
     let mut y = HEAD;
     for (scene, metrics) in scenes {

@@ -7,6 +7,8 @@
 //!   sample per pixel compared with the ray caster's.
 //! * The triangles: cast in f64 against the true geometry, not snapped, one ray per pixel.
 //! * The visible objects: by the exact test, box by box.
+//! * For lights that end, the picture of one that does not: drawn as the default is, but without
+//!   culling, so that the two differ in the light alone.
 
 use std::time::{Duration, Instant};
 
@@ -18,6 +20,7 @@ use cullet::{
 use cullet_measure::Picture;
 use glam::Vec4;
 
+use super::metrics;
 use crate::exit::Failure;
 
 /// Frames that the picture is the mean of.
@@ -36,6 +39,10 @@ pub struct Reference {
     pub triangles: Vec<u32>,
     /// Objects that are in the view.
     pub n_visible: u64,
+    /// As the default draws it.
+    pub default: Picture,
+    /// The same, with a light at a point that never ends.
+    pub lit: Picture,
 }
 
 /// What finding it may take.
@@ -49,11 +56,12 @@ pub struct Room {
 
 impl Reference {
     /// Finds it. `settings` say what is shown: background,
-    /// light, shading.
+    /// light, shading; `lit` are the same with a light that never ends.
     pub fn find(
         prepared: &Prepared,
         view: &View,
         settings: &Settings,
+        lit: &Settings,
         room: Room,
         progress: &mut dyn FnMut(&str),
     ) -> Result<Reference, Failure> {
@@ -116,7 +124,13 @@ impl Reference {
                  sample, no short cuts; {same}"
             )
         };
+        let lit = Settings { cull: CullTest::None, ..*lit };
+        renderer.render(prepared, view, &lit, &mut frame);
+        let lit = metrics::picture(&frame).map_err(Failure::input)?;
+        renderer.render(prepared, view, settings, &mut frame);
         Ok(Reference {
+            default: metrics::picture(&frame).map_err(Failure::input)?,
+            lit,
             picture,
             how,
             triangles: cast.triangle,

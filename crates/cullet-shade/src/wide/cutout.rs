@@ -27,7 +27,7 @@ pub struct CutoutScratch(Stage);
 
 impl<'a> Cutout<'a> {
     /// `None` if the material has no holes, or if wide code does not serve: without a texture, with nearest
-    /// texels, with vertex colours.
+    /// texels, with samples along the footprint, with vertex colours.
     pub fn new(surface: &Surface<'a>, look: &Look) -> Option<Self> {
         let AlphaMode::Mask { cutoff } = surface.material.alpha else { return None };
         let needs = Needs::of(surface.mesh, surface.material, Shading::Unlit);
@@ -67,11 +67,12 @@ fn kept<S: Simd>(
 ) -> [u64; 2] {
     let Some(Sampled::Wide(sampler)) = &cutout.paint.texture else { return [0; 2] };
     stage.places.set_eight(places);
-    cutout.paint.place(simd, core::slice::from_ref(record), &[], stage, 0);
+    // What is there and what is not is always decided exactly.
+    cutout.paint.place::<_, false>(simd, core::slice::from_ref(record), &[], stage, 0);
     let lod = sampler.lod8(simd, f32x8::simd_from(simd, stage.lod[0]));
     let uv = [f32x8::simd_from(simd, stage.u[0]), f32x8::simd_from(simd, stage.v[0])];
     sampler.find8(simd, uv, lod, &mut stage.taps, 0);
-    sampler.blend_all(simd, &stage.taps, 1, &mut stage.texels);
+    sampler.blend_all::<_, true>(simd, &stage.taps, 1, &mut stage.texels);
     let mut kept = 0;
     for lane in 0..8 {
         let alpha = cutout.factor * (stage.texels[0][lane][3] * STEP);

@@ -2,13 +2,15 @@
 
 use std::ops::Range;
 
-use fearless_simd::{Level, Simd, dispatch, f32x4, f32x8, prelude::*, u32x8};
+use fearless_simd::{Level, Simd, dispatch, f32x4, f32x8, mask32x8, prelude::*, u32x8};
 use glam::{Vec2, Vec3, Vec4};
 
 use super::point::{PointPlanes, light_on};
 use super::record::{ColorPlanes, LEAST, NORMAL, Record};
 use super::run::{Places, Rest, Run};
 use super::sampler::{EIGHTS, Sampler, Taps};
+use crate::division::{Division, RANGE, inverse_sqrt8, reciprocal8};
+use crate::encoding::{Encoding, encode_by_polynomial, encode_by_table};
 use crate::kernel::Look;
 use crate::light::PointLight;
 use crate::needs::Needs;
@@ -26,13 +28,16 @@ pub struct Paint<'a> {
     has_colors: bool,
     light: Lit,
     point: Option<PointLight>,
+    division: Division,
+    encoding: Encoding,
     pub(super) simd: Level,
 }
 
 #[derive(Clone, Copy, Debug)]
-#[expect(clippy::large_enum_variant, reason = "made once per block and paint, never boxed")]
 pub(super) enum Sampled<'a> {
     Wide(Sampler<'a>),
+    /// By several samples along the footprint.
+    Stretched(Sampler<'a>),
     OneByOne(&'a Texture, Filter),
 }
 
@@ -49,6 +54,7 @@ impl<'a> Paint<'a> {
         let texture = surface.texture.filter(|_| needs.contains(Needs::TEXTURE));
         let texture =
             texture.map(|texture| match Sampler::new(texture, look.filter, look.arithmetic) {
+                Some(sampler) if look.filter == Filter::Anisotropic => Sampled::Stretched(sampler),
                 Some(sampler) => Sampled::Wide(sampler),
                 None => Sampled::OneByOne(texture, look.filter),
             });
@@ -65,6 +71,8 @@ impl<'a> Paint<'a> {
             has_colors: needs.contains(Needs::VERTEX_COLOR),
             light,
             point: look.point_light.filter(|_| needs.contains(Needs::POINT_LIGHT)),
+            division: look.division,
+            encoding: look.encoding,
             simd: look.simd,
         }
     }
@@ -90,23 +98,43 @@ pub fn paint(
     out: &mut Out<'_>,
     left: &mut Vec<Run>,
 ) {
+    // Who asks for nothing special has code that knows of nothing special, and pays nothing.
+    let is_special = paint.division != Division::Exact
+        || paint.encoding != Encoding::Exact
+        || match &paint.texture {
+            Some(Sampled::Wide(sampler)) => sampler.is_fixed(),
+            Some(Sampled::Stretched(_)) => true,
+            _ => false,
+        };
+    let copy = match (is_special, paint.point) {
+        (false, None) => paint_as::<false, false>,
+        (false, Some(_)) => paint_as::<true, false>,
+        (true, _) => paint_as::<true, true>,
+    };
+    copy(paint, runs, records, colors, points, out, left);
+}
+
+fn paint_as<const POINT: bool, const SPECIAL: bool>(
+    paint: &Paint<'_>,
+    runs: &[Run],
+    records: &[Record],
+    colors: &[ColorPlanes],
+    points: &[PointPlanes],
+    out: &mut Out<'_>,
+    left: &mut Vec<Run>,
+) {
     let encoder = encoder();
-    // A copy of its own for light at a point, so that who has none pays nothing.
-    if paint.point.is_none() {
-        dispatch!(paint.simd, simd => {
-            paint_all::<_, false>(simd, paint, encoder, runs, records, colors, points, out, left)
-        });
-    } else {
-        dispatch!(paint.simd, simd => {
-            paint_all::<_, true>(simd, paint, encoder, runs, records, colors, points, out, left)
-        });
-    }
+    dispatch!(paint.simd, simd => {
+        paint_all::<_, POINT, SPECIAL>(
+            simd, paint, encoder, runs, records, colors, points, out, left,
+        )
+    });
 }
 
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "one call, spread by a macro")]
 #[expect(clippy::needless_range_loop, reason = "iterators over vectors may become calls")]
-fn paint_all<S: Simd, const POINT: bool>(
+fn paint_all<S: Simd, const POINT: bool, const SPECIAL: bool>(
     simd: S,
     paint: &Paint<'_>,
     encoder: &Encoder,
@@ -117,6 +145,8 @@ fn paint_all<S: Simd, const POINT: bool>(
     out: &mut Out<'_>,
     left: &mut Vec<Run>,
 ) {
+    let is_rough = SPECIAL && paint.division == Division::Approximate;
+    let is_stretched = SPECIAL && matches!(paint.texture, Some(Sampled::Stretched(_)));
     let mut stage = Stage::default();
     let mut lights = [[[0.0; 8]; 3]; EIGHTS];
     let mut rest = Rest { runs, taken: 0 };
@@ -127,29 +157,50 @@ fn paint_all<S: Simd, const POINT: bool>(
         }
         let n = n_pixels.div_ceil(8);
         for i in 0..n {
-            paint.place(simd, records, colors, &mut stage, i);
+            paint.place::<_, SPECIAL>(simd, records, colors, &mut stage, i);
             if POINT && let Some(light) = &paint.point {
                 let is_flat = matches!(paint.light, Lit::Flat);
                 let values = match stage.places.is_one_triangle(simd, i) {
                     true => values_of_one(simd, &stage.places, i, records),
                     false => values(simd, &stage.places, i, records),
                 };
-                let (rgb, good) =
-                    light_on(simd, light, &stage.places, i, records, points, &values, is_flat);
+                let (rgb, good) = light_on(
+                    simd,
+                    light,
+                    &stage.places,
+                    i,
+                    records,
+                    points,
+                    &values,
+                    is_flat,
+                    is_rough,
+                );
                 lights[i] = rgb;
                 stage.good[i] &= good;
             }
         }
-        if let Some(Sampled::Wide(sampler)) = &paint.texture {
+        if let Some(Sampled::Wide(sampler) | Sampled::Stretched(sampler)) = &paint.texture {
             for lod in &mut stage.lod[..n] {
                 *lod = sampler.lod8(simd, f32x8::simd_from(simd, *lod)).into();
             }
             for i in 0..n {
                 let uv = [f32x8::simd_from(simd, stage.u[i]), f32x8::simd_from(simd, stage.v[i])];
                 let lod = f32x8::simd_from(simd, stage.lod[i]);
-                sampler.find8(simd, uv, lod, &mut stage.taps, i);
+                if is_stretched {
+                    let [u, v, n] = &stage.stretch[i];
+                    let stretch = [
+                        f32x8::simd_from(simd, *u),
+                        f32x8::simd_from(simd, *v),
+                        f32x8::simd_from(simd, *n),
+                    ];
+                    stage.texels[i] = sampler.mean8(simd, uv, lod, stretch, &mut stage.taps);
+                } else {
+                    sampler.find8(simd, uv, lod, &mut stage.taps, i);
+                }
             }
-            sampler.blend_all(simd, &stage.taps, n, &mut stage.texels);
+            if !is_stretched {
+                sampler.blend_all::<_, SPECIAL>(simd, &stage.taps, n, &mut stage.texels);
+            }
         }
         for i in 0..n {
             stage.rgb[i] =
@@ -160,7 +211,13 @@ fn paint_all<S: Simd, const POINT: bool>(
         }
         match out {
             Out::Bytes(out) => {
-                encoder.encode_all(simd, stage.rgb[..n].as_flattened_mut());
+                let values = stage.rgb[..n].as_flattened_mut();
+                match paint.encoding {
+                    _ if !SPECIAL => encoder.encode_all(simd, values),
+                    Encoding::Exact => encoder.encode_all(simd, values),
+                    Encoding::Table => encode_by_table(simd, values),
+                    Encoding::Polynomial => encode_by_polynomial(simd, values),
+                }
                 for i in 0..n_pixels / 8 {
                     store_codes(stage.places.out(i), codes(simd, &stage.rgb[i]), out);
                 }
@@ -189,6 +246,8 @@ pub(super) struct Stage {
     pub(super) v: [[f32; 8]; EIGHTS],
     /// Footprints, then levels of detail.
     pub(super) lod: [[f32; 8]; EIGHTS],
+    /// Longer axes of footprints, u and v, and how many samples lie along them.
+    stretch: [[[f32; 8]; 3]; EIGHTS],
     light: [[f32; 8]; EIGHTS],
     /// Vertex colours, red, green and blue.
     colors: [[[f32; 8]; 3]; EIGHTS],
@@ -208,7 +267,7 @@ fn leave(places: &Places, of: Range<usize>, good: u64, left: &mut Vec<Run>) {
 impl Paint<'_> {
     /// Reads the attributes of eight pixels off their records, and all that follows without texels.
     #[inline(always)]
-    pub(super) fn place<S: Simd>(
+    pub(super) fn place<S: Simd, const SPECIAL: bool>(
         &self,
         simd: S,
         records: &[Record],
@@ -235,7 +294,13 @@ impl Paint<'_> {
         };
         let [w, u, v, least] = values.low;
         let mut good = w.simd_gt(least);
-        let over_w = f32x8::splat(simd, 1.0) / w;
+        let is_rough = SPECIAL && self.division == Division::Approximate;
+        let over_w = if is_rough {
+            good &= is_in_range(simd, w);
+            reciprocal8(simd, w)
+        } else {
+            f32x8::splat(simd, 1.0) / w
+        };
         if let Some(texture) = &self.texture {
             let uv = [u * over_w, v * over_w];
             let [[wx, ux, vx], [wy, uy, vy]] = if is_one {
@@ -251,6 +316,13 @@ impl Paint<'_> {
                     (stage.u[i], stage.v[i]) = (uv[0].into(), uv[1].into());
                     stage.lod[i] = sampler.footprint8(ddx, ddy).into();
                 }
+                Sampled::Stretched(sampler) if SPECIAL => {
+                    (stage.u[i], stage.v[i]) = (uv[0].into(), uv[1].into());
+                    let (piece2, [u, v, n]) = sampler.stretch8(simd, ddx, ddy);
+                    stage.lod[i] = piece2.into();
+                    stage.stretch[i] = [u.into(), v.into(), n.into()];
+                }
+                Sampled::Stretched(_) => {} // special
                 Sampled::OneByOne(texture, filter) => {
                     stage.texels[i] = one_by_one(
                         texture,
@@ -270,12 +342,15 @@ impl Paint<'_> {
             // Normals over w: their length does not matter.
             let [x, y, z] = values.normal;
             let length2 = x * x + y * y + z * z;
-            let cosine = (x * direction.x + y * direction.y + z * direction.z) / length2.sqrt();
+            let cosine = x * direction.x + y * direction.y + z * direction.z;
+            let cosine = if is_rough {
+                cosine * inverse_sqrt8(simd, length2)
+            } else {
+                cosine / length2.sqrt()
+            };
             let cosine = cosine.simd_gt(zero).select(cosine, zero);
             stage.light[i] = (cosine * (1.0 - ambient) + ambient).into();
-            let squares_are_safe = length2.simd_gt(f32x8::splat(simd, 1e-30))
-                & length2.simd_lt(f32x8::splat(simd, 1e30));
-            good &= squares_are_safe;
+            good &= is_in_range(simd, length2); // so squares are safe
         }
         stage.good[i] = good.to_bitmask();
     }
@@ -335,6 +410,12 @@ impl Paint<'_> {
             rgb[2].bitcast::<u32x8<S>>().into(),
         ]
     }
+}
+
+/// Which numbers are far from the ends of what floats can be.
+#[inline(always)]
+pub(super) fn is_in_range<S: Simd>(simd: S, x: f32x8<S>) -> mask32x8<S> {
+    x.simd_gt(f32x8::splat(simd, RANGE[0])) & x.simd_lt(f32x8::splat(simd, RANGE[1]))
 }
 
 /// Attributes over w at eight pixels.

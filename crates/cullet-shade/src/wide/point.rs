@@ -7,9 +7,10 @@ use cullet_raster::Shares4;
 use fearless_simd::{Simd, f32x4, f32x8, prelude::*};
 use glam::Vec3;
 
-use super::paint::{Values, transposed};
+use super::paint::{Values, is_in_range, transposed};
 use super::record::Record;
 use super::run::Places;
+use crate::division::{inverse_sqrt8, reciprocal8};
 use crate::light::PointLight;
 use crate::surface::Surface;
 
@@ -55,7 +56,7 @@ fn to_light(light: &PointLight, surface: &Surface<'_>, corner: u32) -> [f32; 4] 
 
 /// What `light` adds at eight pixels, red, green and blue; and for which of them f32 serves.
 #[inline(always)]
-#[expect(clippy::too_many_arguments, reason = "one body, taken apart")]
+#[expect(clippy::too_many_arguments, reason = "one call, in two ways")]
 pub(super) fn light_on<S: Simd>(
     simd: S,
     light: &PointLight,
@@ -65,6 +66,7 @@ pub(super) fn light_on<S: Simd>(
     points: &[PointPlanes],
     values: &Values<S>,
     is_flat: bool,
+    is_rough: bool,
 ) -> ([[f32; 8]; 3], u64) {
     let (mut rows, mut normals) = ([f32x4::splat(simd, 0.0); 8], [f32x4::splat(simd, 0.0); 8]);
     for lane in 0..8 {
@@ -80,7 +82,7 @@ pub(super) fn light_on<S: Simd>(
     let [w, _, _, least] = values.low;
     let zero = f32x8::splat(simd, 0.0);
     let one = f32x8::splat(simd, 1.0);
-    let over_w = one / w;
+    let over_w = if is_rough { reciprocal8(simd, w) } else { one / w };
     let [x, y, z, _] = transposed(&rows);
     let (x, y, z) = (x * over_w, y * over_w, z * over_w);
     let [nx, ny, nz] = if is_flat {
@@ -89,21 +91,36 @@ pub(super) fn light_on<S: Simd>(
     } else {
         // Over w, of any length; what is too short or too long is left to the plain code.
         let [nx, ny, nz] = values.normal;
-        let length = (nx * nx + ny * ny + nz * nz).sqrt();
-        [nx / length, ny / length, nz / length]
+        let length2 = nx * nx + ny * ny + nz * nz;
+        if is_rough {
+            let over = inverse_sqrt8(simd, length2);
+            [nx * over, ny * over, nz * over]
+        } else {
+            let length = length2.sqrt();
+            [nx / length, ny / length, nz / length]
+        }
     };
     let [radius2, inverse_radius2] = light.radius2();
     let distance2 = x * x + y * y + z * z;
     let reached = distance2.simd_gt(zero) & distance2.simd_lt(f32x8::splat(simd, radius2));
     let cosine = nx * x + ny * y + nz * z;
-    let cosine = cosine.simd_gt(zero).select(cosine, zero) / distance2.sqrt();
+    let cosine = cosine.simd_gt(zero).select(cosine, zero);
+    let cosine =
+        if is_rough { cosine * inverse_sqrt8(simd, distance2) } else { cosine / distance2.sqrt() };
     let share = distance2 * inverse_radius2;
     let window = one - share * share;
     let window = window.simd_gt(zero).select(window, zero);
-    let strength = cosine * (window * window / (distance2 + one));
+    let falloff = if is_rough {
+        window * window * reciprocal8(simd, distance2 + one)
+    } else {
+        window * window / (distance2 + one)
+    };
+    let strength = cosine * falloff;
     let strength = reached.select(strength, zero);
     let color = light.color();
     let rgb = [strength * color.x, strength * color.y, strength * color.z];
     let rgb = [rgb[0].into(), rgb[1].into(), rgb[2].into()];
-    (rgb, w.simd_gt(least).to_bitmask())
+    let good = w.simd_gt(least);
+    let good = if is_rough { good & (is_in_range(simd, distance2) | !reached) } else { good };
+    (rgb, good.to_bitmask())
 }

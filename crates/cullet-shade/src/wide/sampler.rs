@@ -14,7 +14,7 @@ use fearless_simd::{
 };
 
 use super::fixed::{self, Eight, Fixed, Sixteen};
-use crate::sampler::{Arithmetic, Filter};
+use crate::sampler::{Arithmetic, Filter, MOST_SAMPLES};
 use crate::texture::{STRIP, Texture};
 
 /// The most levels a texture can have here.
@@ -63,6 +63,11 @@ impl<'a> Sampler<'a> {
         })
     }
 
+    /// Whether texels are blended in whole numbers.
+    pub fn is_fixed(&self) -> bool {
+        self.arithmetic != Arithmetic::Float
+    }
+
     /// The squared length in texels of the longer side of a pixel, by the changes of texture
     /// coordinates per pixel; NaN if either side is.
     #[inline(always)]
@@ -74,6 +79,80 @@ impl<'a> Sampler<'a> {
         // A comparison with NaN is false: then their sum, which is NaN too.
         let longer2 = x2.simd_gt(y2).select(x2, x2 + y2);
         y2.simd_ge(x2).select(y2, longer2)
+    }
+
+    /// A footprint cut along its longer axis, see [`Filter::Anisotropic`]: the squared length in texels of
+    /// a piece, as [`Sampler::footprint8`] would give it, and the longer axis and the number of pieces.
+    #[inline(always)]
+    pub fn stretch8<S: Simd>(
+        &self,
+        simd: S,
+        ddx: [f32x8<S>; 2],
+        ddy: [f32x8<S>; 2],
+    ) -> (f32x8<S>, [f32x8<S>; 3]) {
+        let (zero, one) = (f32x8::splat(simd, 0.0), f32x8::splat(simd, 1.0));
+        let (width, height) = (self.width as f32, self.height as f32);
+        let [xu, xv] = [ddx[0] * width, ddx[1] * height];
+        let [yu, yv] = [ddy[0] * width, ddy[1] * height];
+        let (x2, y2) = (xu * xu + xv * xv, yu * yu + yv * yv);
+        let is_finite = (x2 + y2).simd_lt(f32x8::splat(simd, f32::INFINITY)); // false for NaN
+        let x_is_longer = x2.simd_gt(y2);
+        let longer2 = x_is_longer.select(x2, y2);
+        let shorter2 = x_is_longer.select(y2, x2);
+        let shorter2 = shorter2.simd_gt(one).select(shorter2, one);
+        let most = f32x8::splat(simd, MOST_SAMPLES);
+        let n = (longer2 / shorter2).sqrt() + 0.5;
+        let n = n.simd_lt(most).select(n, most);
+        let n = f32x8::float_from(i32x8::truncate_from(is_finite.select(n, one)));
+        let n = n.simd_gt(one).select(n, one);
+        let u = is_finite.select(x_is_longer.select(ddx[0], ddy[0]), zero);
+        let v = is_finite.select(x_is_longer.select(ddx[1], ddy[1]), zero);
+        let piece2 = is_finite.select(longer2 / (n * n), self.footprint8(ddx, ddy));
+        (piece2, [u, v, n])
+    }
+
+    /// The means of `n` samples along the longer axis of each of eight footprints, in steps of texels.
+    #[inline(always)]
+    #[expect(clippy::needless_range_loop, reason = "iterators over vectors may become calls")]
+    pub fn mean8<S: Simd>(
+        &self,
+        simd: S,
+        uv: [f32x8<S>; 2],
+        lod: f32x8<S>,
+        [axis_u, axis_v, n]: [f32x8<S>; 3],
+        taps: &mut Taps,
+    ) -> [[f32; 4]; 8] {
+        let zero = f32x8::splat(simd, 0.0);
+        let n_of: [f32; 8] = n.into();
+        let mut most = 1;
+        for n in n_of {
+            most = most.max(n as usize);
+        }
+        let mut means = [[0.0; 4]; 8];
+        let mut texels = [[[0.0; 4]; 8]; EIGHTS];
+        for first in (0..most).step_by(EIGHTS) {
+            let count = EIGHTS.min(most - first);
+            for tap in 0..count {
+                let i = f32x8::splat(simd, (first + tap) as f32);
+                let along = (i + 0.5) / n - 0.5;
+                let along = i.simd_lt(n).select(along, zero); // of no weight, and near
+                let uv = [uv[0] + axis_u * along, uv[1] + axis_v * along];
+                self.find8(simd, uv, lod, taps, tap);
+            }
+            self.blend_all::<_, true>(simd, taps, count, &mut texels);
+            for tap in 0..count {
+                let i = first + tap;
+                let share = 1.0 / (i + 1) as f32;
+                for lane in 0..8 {
+                    if i < n_of[lane] as usize {
+                        let mean = f32x4::simd_from(simd, means[lane]);
+                        let texel = f32x4::simd_from(simd, texels[tap][lane]);
+                        means[lane] = (mean + (texel - mean) * share).into();
+                    }
+                }
+            }
+        }
+        means
     }
 
     /// Level of detail, in `0..=n_levels - 1`, of a footprint.
@@ -155,9 +234,9 @@ impl<'a> Sampler<'a> {
         taps.y[eight] = y.into();
     }
 
-    /// The colours of the first `n` eights of places, in steps of texels.
+    /// The colours of the first `n` eights of places, in steps of texels. Without `SPECIAL` in floats.
     #[inline(always)]
-    pub fn blend_all<S: Simd>(
+    pub fn blend_all<S: Simd, const SPECIAL: bool>(
         &self,
         simd: S,
         taps: &Taps,
@@ -165,6 +244,7 @@ impl<'a> Sampler<'a> {
         out: &mut [[[f32; 4]; 8]; EIGHTS],
     ) {
         match self.arithmetic {
+            _ if !SPECIAL => self.blend_floats(simd, taps, n, out),
             Arithmetic::Float => self.blend_floats(simd, taps, n, out),
             Arithmetic::Sixteen => self.blend_fixed::<_, Sixteen>(simd, taps, n, out),
             Arithmetic::Eight => self.blend_fixed::<_, Eight>(simd, taps, n, out),
