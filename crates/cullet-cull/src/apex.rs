@@ -43,6 +43,12 @@ pub(crate) fn corners(planes: &[Row<Expansion>; 6]) -> Result<[Row<Interval>; 8]
     each(|i| if i < 4 { Some(point.clone()) } else { implied::corner(&planes, i) })
 }
 
+/// Whether none of these is surely a point, and one may be.
+pub(crate) fn is_in_doubt(corners: &[Row<Interval>; 8]) -> bool {
+    let signs = corners.each_ref().map(|[.., w]| w.sign());
+    !signs.contains(&Some(Greater)) && signs.contains(&None)
+}
+
 /// The same corners, unless none is a point: then the volume is empty.
 pub(crate) fn with_a_point(
     corners: [Row<Interval>; 8],

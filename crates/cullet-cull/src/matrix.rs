@@ -47,6 +47,8 @@ pub enum FrustumError {
     Singular,
     /// No point of space is inside, as with a matrix of the opposite sign.
     Empty,
+    /// Entries differ so much in size that doubles cannot hold them together, or not tell the corners.
+    TooFarApart,
 }
 
 impl core::fmt::Display for FrustumError {
@@ -58,7 +60,13 @@ impl core::fmt::Display for FrustumError {
             FrustumError::Singular => {
                 "frustum: the matrix has no sides: its rows x, y and w depend on each other"
             }
-            FrustumError::Empty => "frustum: the matrix puts no point of space inside",
+            FrustumError::Empty => {
+                "frustum: the matrix puts no point of space inside: look at its depth range, its sign, \
+                 and whether its rows are columns"
+            }
+            FrustumError::TooFarApart => {
+                "frustum: entries of the matrix are too far apart in size: scale it, or count from the eye"
+            }
         })
     }
 }
@@ -121,7 +129,7 @@ impl Frustum {
         if largest == 0.0 {
             return Err(FrustumError::Singular);
         }
-        let scaled = entries.map(|x| libm::scalbn(x, -libm::ilogb(largest)));
+        let scaled = scaled(entries, -libm::ilogb(largest))?;
         let exact = ExactRows { clip_from_world: DMat4::from_cols_array(&scaled), depth };
 
         let mut planes = [AT_INFINITY; 6];
@@ -137,11 +145,13 @@ impl Frustum {
         let exact = scaled.into_iter().all(exact_range).then_some(exact);
         let corners: [Option<Row<Interval>>; 8] = from_fn(|i| implied::corner(&rows, i));
         let corners = match (corners, exact) {
-            ([Some(a), Some(b), Some(c), Some(d), Some(e), Some(f), Some(g), Some(h)], _) => {
+            ([Some(a), Some(b), Some(c), Some(d), Some(e), Some(f), Some(g), Some(h)], _)
+                if !apex::is_in_doubt(&[a, b, c, d, e, f, g, h]) =>
+            {
                 apex::with_a_point([a, b, c, d, e, f, g, h])?
             }
             (_, Some(exact)) => apex::corners(&exact.planes())?,
-            (_, None) => return Err(FrustumError::Singular),
+            (_, None) => return Err(FrustumError::TooFarApart),
         };
         let corners = corners.map(rounded);
         let frustum = Frustum {
@@ -157,6 +167,14 @@ impl Frustum {
         };
         Ok(frustum.outset(ROUNDING))
     }
+}
+
+/// Times a power of two, which must not cost a bit (but may lead to infinity).
+fn scaled<const N: usize>(values: [f64; N], exponent: i32) -> Result<[f64; N], FrustumError> {
+    let scaled = values.map(|x| libm::scalbn(x, exponent));
+    let is_exact = |(x, y): (&f64, &f64)| !y.is_finite() || libm::scalbn(*y, -exponent) == *x;
+    let is_exact = values.iter().zip(&scaled).all(is_exact);
+    if is_exact { Ok(scaled) } else { Err(FrustumError::TooFarApart) }
 }
 
 /// The sums of a plane with the normal's greatest component between 1 and 2.
@@ -181,7 +199,8 @@ impl Normalized {
             (sums[3], largest) = ([1.0, 0.0], 1.0);
         }
         let scale = -libm::ilogb(largest);
-        let sums = sums.map(|sum| sum.map(|x| libm::scalbn(x, scale)));
+        let [x, y, z, w] = sums;
+        let sums = [scaled(x, scale)?, scaled(y, scale)?, scaled(z, scale)?, scaled(w, scale)?];
         Ok(Normalized { sums, normal_is_zero: normal == 0.0 })
     }
 
@@ -394,6 +413,53 @@ mod tests {
                 assert!(!visible(Test::PVertex, &frustum, &point(2.0_f64.next_up() * 2.0, 0.0, z)));
                 assert!(!visible(Test::Sat, &frustum, &point(2.0_f64.next_up(), 0.0, z)));
             }
+        }
+    }
+
+    #[test]
+    fn what_doubles_cannot_hold_together_is_refused() {
+        #[track_caller]
+        fn check(rows: [[f64; 4]; 4]) {
+            let matrix = DMat4::from_cols_array_2d(&rows).transpose();
+            let error = Frustum::from_matrix(&matrix, DepthRange::MinusOneToOne).unwrap_err();
+            assert_eq!(error, FrustumError::TooFarApart);
+        }
+        let w = [0.0, 0.0, 0.0, 1.0];
+        // The point (-9e289, 1.00000000001, 0) is inside, by what scaling would round away.
+        check([[1e-300, 1.0, 0.0, 0.0], [1e-290, 0.0, 0.0, 0.0], [0.0, 0.0, 1e30, 0.0], w]);
+        check([[1e-299, 1.0, 0.0, 0.0], [1e-291, 0.0, 0.0, 0.0], [0.0, 0.0, 1e25, 0.0], w]);
+    }
+
+    #[test]
+    fn corners_in_doubt_are_found_before_a_volume_is_called_empty() {
+        for ulps in [1.0, 2.0, 4.0, 8.0, 32.0] {
+            let z = [1.0, 0.0, 1.0 - ulps * 0.5 * f64::EPSILON, -1.0];
+            let rows = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], z, [0.0, 0.0, -1.0, 0.0]];
+            let matrix = DMat4::from_cols_array_2d(&rows).transpose();
+            let frustum = Frustum::from_matrix(&matrix, DepthRange::ZeroToOne).expect("a frustum");
+            let inside = |x: f64, y: f64, z: f64| {
+                let clip = matrix * DVec3::new(x, y, z).extend(1.0);
+                let w = clip.w;
+                clip.x.abs() <= w && clip.y.abs() <= w && clip.z >= 0.0 && clip.z <= w
+            };
+            // From where the near plane has left the right one behind: x = -z up to x = 1 - (1 - d) z.
+            let mut n_inside = 0;
+            for power in 50..90 {
+                let far = libm::scalbn(1.0, power);
+                for share in [-1.0, -0.5, 0.0, 0.75] {
+                    let (x, y, z) = (far, share * far, -far);
+                    if inside(x, y, z) {
+                        n_inside += 1;
+                        for test in Test::ALL {
+                            assert!(
+                                visible(test, &frustum, &point(x, y, z)),
+                                "{test:?} {ulps} {power}"
+                            );
+                        }
+                    }
+                }
+            }
+            assert!(n_inside > 50, "{ulps}: {n_inside}");
         }
     }
 

@@ -139,10 +139,9 @@ pub(crate) fn fill_blocks<S: Simd, const N: usize>(
                     continue;
                 }
             } else {
-                written += match (keep.as_deref_mut(), is_whole) {
-                    (None, _) => column.rows::<true, false>(simd, tile, triangle, rows, None),
-                    (keep, true) => column.rows::<false, true>(simd, tile, triangle, rows, keep),
-                    (keep, false) => column.rows::<true, true>(simd, tile, triangle, rows, keep),
+                written += match keep.as_deref_mut() {
+                    None => column.rows::<true, false>(simd, tile, triangle, rows, None),
+                    keep => column.rows::<true, true>(simd, tile, triangle, rows, keep),
                 };
             }
             tile.touch(TileRect { x: [x, x + 1], y: rows }, nearest_key);

@@ -45,8 +45,8 @@ impl Filter {
 
 /// What numbers texels are blended in.
 ///
-/// It is the business of the wide code, and of filters that blend: [`sample`], and the few pixels that
-/// are left to it, always take floats.
+/// It is the business of the wide code, and of filters that blend: [`sample`], the few pixels that are
+/// left to it, and [`Filter::Anisotropic`] always take floats.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Arithmetic {
     /// 32-bit floats.

@@ -223,7 +223,10 @@ enum Depth {
 
 fn matrix(path: &Path) -> Result<Frustum, Failure> {
     let text = text(path)?;
-    let file: MatrixFile = serde_json::from_str(&text).map_err(|error| wrong(path, error))?;
+    let file: MatrixFile = serde_json::from_str(&text).map_err(|error| {
+        let asked = r#"{"rows": four lists of four numbers, "depth": "zero-to-one", "minus-one-to-one" or "reversed"}"#;
+        wrong(path, format!("{error}; a matrix is {asked}"))
+    })?;
     let [x, y, z, w] = file.rows.map(|row| DVec4::from_array(row.map(|Number(n)| n)));
     let depth = match file.depth {
         Depth::ZeroToOne => DepthRange::ZeroToOne,

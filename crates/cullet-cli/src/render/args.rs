@@ -63,7 +63,8 @@ pub struct RenderArgs {
     #[arg(long, value_enum, default_value = "trilinear")]
     pub texture: TextureFilter,
     /// The numbers that texels are blended in: floats, or whole numbers of 16 bits (15 of colour) or 8 bits
-    /// of linear light. The few pixels that single precision does not serve, and nearest texels, take floats
+    /// of linear light. The few pixels that single precision does not serve, and other filters than bilinear and trilinear,
+    /// take floats
     #[arg(long, value_enum, default_value = "float")]
     pub texture_arithmetic: ArithmeticName,
     /// How shading divides by w and normalises. Approximate: within 7e-6, without dividing, where eight

@@ -111,7 +111,8 @@ impl<'a> Sampler<'a> {
         (piece2, [u, v, n])
     }
 
-    /// The means of `n` samples along the longer axis of each of eight footprints, in steps of texels.
+    /// The means of `n` samples along the longer axis of each of eight footprints, in steps of texels;
+    /// always in floats.
     #[inline(always)]
     #[expect(clippy::needless_range_loop, reason = "iterators over vectors may become calls")]
     pub fn mean8<S: Simd>(
@@ -139,7 +140,7 @@ impl<'a> Sampler<'a> {
                 let uv = [uv[0] + axis_u * along, uv[1] + axis_v * along];
                 self.find8(simd, uv, lod, taps, tap);
             }
-            self.blend_all::<_, true>(simd, taps, count, &mut texels);
+            self.blend_floats(simd, taps, count, &mut texels);
             for tap in 0..count {
                 let i = first + tap;
                 let share = 1.0 / (i + 1) as f32;
