@@ -6,6 +6,10 @@
 //! no pixel is shaded twice. Cells of several triangles, or cut by the picture's border, are shaded whole:
 //! edges are those of the full picture. What is missed is what falls between the sixteen.
 //!
+//! It pays where surfaces are even. Where textures vary in most cells there is little to spare, and
+//! places one by one instead of in runs, and the looking, make it 1.4 times the instructions of the
+//! full picture (city and interior of the frame benches).
+//!
 //! Cells lie on the grid of the whole picture, and tiles and blocks hold whole ones, so that neither
 //! shows; nor do regions, which are drawn in whole cells ([`whole_cells`]).
 
