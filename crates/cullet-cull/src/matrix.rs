@@ -108,7 +108,8 @@ impl ExactRows {
 
 impl Frustum {
     /// The view volume of a matrix from the space of the boxes to clip space; its origin is
-    /// zero. A far plane (or any other) with a zero normal excludes nothing: infinite far.
+    /// zero. A far plane (or any other) with a zero normal excludes nothing: infinite far; unless its
+    /// offset is negative, which excludes everything.
     ///
     /// The matrix need not have an inverse: where rounding has taken the near distance from it, or
     /// z is w or 0 on purpose, near and far exclude what their rows say, and the volume is open
