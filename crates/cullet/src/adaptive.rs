@@ -13,14 +13,14 @@
 //! Cells lie on the grid of the whole picture, and tiles and blocks hold whole ones, so that neither
 //! shows; nor do regions, which are drawn in whole cells ([`whole_cells`]).
 
-use cullet_raster::{BLOCK, NO_TRIANGLE};
+use cullet_raster::NO_TRIANGLE;
 use cullet_shade::wide::{Out, Run};
 use glam::Vec4;
 
 use crate::Region;
 use crate::frame::Target;
 use crate::shading::{encode, fill_background_from};
-use crate::tile_shader::TileShader;
+use crate::tile_shader::{TileShader, part_in};
 
 /// Pixels along a side of a cell.
 const CELL: usize = 8;
@@ -80,9 +80,7 @@ impl TileShader<'_> {
     ) -> u64 {
         let mut cells = std::mem::take(&mut self.scratch.adaptive.cells);
         cells.clear();
-        let [left, top] = [block[0].max(rect.x), block[1].max(rect.y)];
-        let right = (block[0] + BLOCK).min(rect.x + rect.width);
-        let bottom = (block[1] + BLOCK).min(rect.y + rect.height);
+        let [left, top, right, bottom] = part_in(rect, block);
         let batch = &mut self.scratch.batch;
         batch.begin();
         for y in (top..bottom).step_by(CELL) {

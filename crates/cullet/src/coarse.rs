@@ -5,13 +5,13 @@
 //! coarse pixels of Direct3D's variable-rate shading; only that textures keep the level of detail
 //! of single pixels). Which triangle a pixel shows is not touched.
 
-use cullet_raster::{BLOCK, NO_TRIANGLE};
+use cullet_raster::NO_TRIANGLE;
 use cullet_shade::wide::Out;
 use glam::Vec4;
 
 use crate::Region;
 use crate::frame::Target;
-use crate::tile_shader::TileShader;
+use crate::tile_shader::{TileShader, part_in};
 
 /// Memory for a block.
 #[derive(Debug, Default)]
@@ -42,8 +42,8 @@ impl TileShader<'_> {
         let mut scratch = std::mem::take(&mut self.scratch.coarse);
         let CoarseScratch { places, linear, bytes } = &mut scratch;
         places.clear();
-        let columns = block[0].max(rect.x)..(block[0] + BLOCK).min(rect.x + rect.width);
-        let rows = block[1].max(rect.y)..(block[1] + BLOCK).min(rect.y + rect.height);
+        let [left, top, right, bottom] = part_in(rect, block);
+        let (columns, rows) = (left..right, top..bottom);
         let batch = &mut self.scratch.batch;
         batch.begin();
         let mut n_colors = 0;

@@ -244,9 +244,7 @@ impl<'a> TileShader<'a> {
         stride: usize,
         out: &mut Target<'_>,
     ) -> u64 {
-        let [left, top] = [block[0].max(rect.x), block[1].max(rect.y)];
-        let right = (block[0] + BLOCK).min(rect.x + rect.width);
-        let bottom = (block[1] + BLOCK).min(rect.y + rect.height);
+        let [left, top, right, bottom] = part_in(rect, block);
         let batch = &mut self.scratch.batch;
         batch.begin();
         for y in top..bottom {
@@ -392,6 +390,16 @@ impl<'a> TileShader<'a> {
             }
         }
     }
+}
+
+/// The part of a rectangle that lies in a block: its borders, left, upper, right and lower.
+pub(crate) fn part_in(rect: Region, block: [u32; 2]) -> [u32; 4] {
+    [
+        block[0].max(rect.x),
+        block[1].max(rect.y),
+        (block[0] + BLOCK).min(rect.x + rect.width),
+        (block[1] + BLOCK).min(rect.y + rect.height),
+    ]
 }
 
 /// Corners of the blocks that a rectangle reaches.
