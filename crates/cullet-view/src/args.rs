@@ -79,8 +79,11 @@ impl Args {
         let by_name = || scene.cameras.iter().find(|camera| camera.name == self.camera);
         let by_index = self.camera.parse().ok().and_then(|i: usize| scene.cameras.get(i));
         let camera = by_index.or_else(by_name).ok_or_else(|| {
-            let n = scene.cameras.len();
-            let what = format!("there is no camera `{}`; the scene has {n}", self.camera);
+            let known = match scene.cameras.len() {
+                0 => "the scene has none; leave `--camera` out to see it all".to_owned(),
+                n => format!("the scene has {n}, from 0"),
+            };
+            let what = format!("there is no camera `{}`: {known}", self.camera);
             Failure::new(USAGE, what)
         })?;
         camera_of(camera).map(Some).map_err(|error| Failure::new(INPUT, error))

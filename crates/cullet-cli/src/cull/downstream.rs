@@ -46,8 +46,8 @@ pub struct Drawn {
     pub frame: FrameStats,
     /// The time of the fastest.
     pub min: Duration,
-    /// Half the interquartile range of the times over their median.
-    pub spread: f64,
+    /// Half the interquartile range of the times over their median; `None` for one frame.
+    pub spread: Option<f64>,
 }
 
 impl Drawn {
@@ -97,7 +97,8 @@ pub fn draw(
 fn summed_up(mode: Mode, frames: &mut [FrameStats]) -> Option<Drawn> {
     frames.sort_by_key(|stats| stats.total);
     let times: Vec<f64> = frames.iter().map(|stats| stats.total.as_secs_f64()).collect();
-    let spread = Summary::of(&times)?.spread();
+    let spread = (times.len() > 1).then(|| Summary::of(&times)).flatten();
+    let spread = spread.map(|summary| summary.spread());
     Some(Drawn { mode, frame: frames[frames.len() / 2], min: frames[0].total, spread })
 }
 
@@ -106,5 +107,6 @@ fn summed_up(mode: Mode, frames: &mut [FrameStats]) -> Option<Drawn> {
 pub fn saved_percent(all: &Drawn, drawn: &Drawn) -> Option<f64> {
     let spared = drawn.frame.n_triangles_of_culled_objects > 0;
     let saved = 1.0 - drawn.min.as_secs_f64() / all.min.as_secs_f64();
-    (spared && saved.abs() > all.spread.max(drawn.spread)).then_some(100.0 * saved)
+    let spread = all.spread?.max(drawn.spread?);
+    (spared && saved.abs() > spread).then_some(100.0 * saved)
 }

@@ -6,7 +6,7 @@ use std::ops::AddAssign;
 use std::time::Instant;
 
 use cullet::Level;
-use cullet::cull::wide::{Boxes8, levels};
+use cullet::cull::wide::{Boxes8, Coarse8, levels};
 use cullet::cull::{
     Aabb, Counts, Fate, Frustum, Hierarchy, MAX_LEVELS, NodeBox, Sat, Sphere, Test, Verdict,
     WalkStats, planes_cutting, reverse_visible, sphere_visible,
@@ -20,7 +20,7 @@ use super::verdicts::{TESTS, keeps};
 pub struct Boxes<'a> {
     /// In input order.
     pub boxes: &'a [Aabb],
-    wide: Boxes8,
+    wide: Coarse8,
     tree: Hierarchy,
     spheres: Vec<Sphere>,
     nodes: Vec<NodeBox>,
@@ -53,6 +53,8 @@ pub struct Figures {
     pub fates: [u64; Fate::ALL.len()],
     /// All boxes eight at a time, by the p-vertex test in f32.
     pub flat: FlatFigures,
+    /// The same, asking bounds of 16 bits first.
+    pub coarse: FlatFigures,
     /// The walk over the tree.
     pub tree: TreeFigures,
     /// Boxes by the power of two at or below their longest edge.
@@ -77,9 +79,10 @@ pub struct TestFigures {
 pub struct Timing {
     /// Again and again, in turn with the others.
     warm: f64,
-    /// Half the interquartile range over the median.
-    spread: f64,
     n_warm: u32,
+    /// Half the interquartile range over the median, of those timed more than once.
+    spread: f64,
+    n_spread: u32,
     /// After all caches were filled with something else.
     cold: f64,
     n_cold: u32,
@@ -144,7 +147,8 @@ impl<'a> Boxes<'a> {
             levels[node.level].push(node.bounds);
         }
         let spheres = boxes.iter().map(Sphere::around).collect();
-        Boxes { boxes, wide: Boxes8::new(boxes), tree, spheres, nodes, levels, build_ms, level }
+        let wide = Coarse8::new(Boxes8::new(boxes));
+        Boxes { boxes, wide, tree, spheres, nodes, levels, build_ms, level }
     }
 
     /// What every test says of every box.
@@ -215,7 +219,8 @@ impl<'a> Boxes<'a> {
     fn time(&self, frustum: &Frustum, rounds: Rounds, figures: &mut Figures) {
         let sat = Sat::new(frustum);
         let mut found = Vec::new();
-        let mut flat = vec![0; self.wide.n_groups()];
+        let mut flat = vec![0; self.wide.boxes().n_groups()];
+        let mut coarse = flat.clone();
         let mut stats = WalkStats::default();
         let mut sweep = (rounds.cold > 0).then(Sweep::new);
         let tasks = self.tasks();
@@ -244,7 +249,10 @@ impl<'a> Boxes<'a> {
                                 keeps(Test::Both, bounds, frustum, &sat)
                             }));
                         }
-                        Task::Flat => self.wide.visible_into(frustum, self.level, &mut flat),
+                        Task::Flat => {
+                            self.wide.boxes().visible_into(frustum, self.level, &mut flat);
+                        }
+                        Task::Coarse => self.wide.visible_into(frustum, self.level, &mut coarse),
                         Task::Walk => stats = self.walk(frustum, &mut found),
                     }
                 }
@@ -261,10 +269,12 @@ impl<'a> Boxes<'a> {
                     figures.tree.levels[level].ns = times.timing(per_box(self.levels[level].len()));
                 }
                 Task::Flat => figures.flat.ns = times.timing(all),
+                Task::Coarse => figures.coarse.ns = times.timing(all),
                 Task::Walk => figures.tree.ms = times.timing(1e3),
             }
         }
-        figures.flat.n_in = flat.iter().map(|byte| u64::from(byte.count_ones())).sum();
+        let n_in = |bits: &[u8]| bits.iter().map(|byte| u64::from(byte.count_ones())).sum();
+        (figures.flat.n_in, figures.coarse.n_in) = (n_in(&flat), n_in(&coarse));
         figures.tree.n_in = found.len() as u64;
         figures.tree.stats = stats;
         figures.tree.walked = [Counts::default(); MAX_LEVELS];
@@ -276,7 +286,7 @@ impl<'a> Boxes<'a> {
         let tests = TESTS.into_iter().map(Task::Test);
         let levels = (0..self.levels.len()).map(Task::Level);
         let tasks = tests.chain((0..6).map(Task::Plane)).chain(levels);
-        tasks.chain([Task::Flat, Task::Walk]).collect()
+        tasks.chain([Task::Flat, Task::Coarse, Task::Walk]).collect()
     }
 
     /// How many boxes `test` keeps. Balls are made beforehand, as one would keep them.
@@ -314,6 +324,8 @@ enum Task {
     Level(usize),
     /// The wide test over all boxes.
     Flat,
+    /// The wide test over all boxes, short bounds first.
+    Coarse,
     /// A walk over the tree.
     Walk,
 }
@@ -369,10 +381,12 @@ fn size(bounds: &Aabb) -> Option<i32> {
 impl Timing {
     fn of(warm: &[f64], cold: &[f64], unit: f64) -> Timing {
         let (warm, cold) = (Summary::of(warm), Summary::of(cold));
+        let spread = warm.filter(|summary| summary.n > 1).map(|summary| summary.spread());
         Timing {
             warm: warm.map_or(0.0, |summary| summary.median * unit),
-            spread: warm.map_or(0.0, |summary| summary.spread()),
             n_warm: warm.iter().len() as u32,
+            spread: spread.unwrap_or(0.0),
+            n_spread: spread.iter().len() as u32,
             cold: cold.map_or(0.0, |summary| summary.median * unit),
             n_cold: cold.iter().len() as u32,
         }
@@ -383,9 +397,9 @@ impl Timing {
         self.warm / f64::from(self.n_warm.max(1))
     }
 
-    /// The mean spread.
-    pub fn spread(&self) -> f64 {
-        self.spread / f64::from(self.n_warm.max(1))
+    /// The mean spread; `None` where nothing was timed more than once.
+    pub fn spread(&self) -> Option<f64> {
+        (self.n_spread > 0).then(|| self.spread / f64::from(self.n_spread))
     }
 
     /// Like [`Timing::warm`]; `None` where it was not measured.
@@ -420,8 +434,9 @@ impl Figures {
 impl AddAssign for Timing {
     fn add_assign(&mut self, other: Timing) {
         self.warm += other.warm;
-        self.spread += other.spread;
         self.n_warm += other.n_warm;
+        self.spread += other.spread;
+        self.n_spread += other.n_spread;
         self.cold += other.cold;
         self.n_cold += other.n_cold;
     }
@@ -441,8 +456,10 @@ impl AddAssign<&Figures> for Figures {
             sum.ns += other.ns;
         }
         add(&mut self.fates, &other.fates);
-        self.flat.n_in += other.flat.n_in;
-        self.flat.ns += other.flat.ns;
+        for (sum, other) in [(&mut self.flat, &other.flat), (&mut self.coarse, &other.coarse)] {
+            sum.n_in += other.n_in;
+            sum.ns += other.ns;
+        }
         for (size, other) in &other.sizes {
             let sum = self.sizes.entry(*size).or_default();
             sum.n_boxes += other.n_boxes;
@@ -474,6 +491,11 @@ impl TreeFigures {
     /// Nodes that the walk tested, likewise.
     pub fn n_nodes_tested(&self) -> u64 {
         self.walked.iter().map(|counts| counts.tested).sum()
+    }
+
+    /// Boxes that the walk tested, those of nodes and those of the input.
+    pub fn n_boxes_tested(&self) -> u64 {
+        self.n_nodes_tested() + self.stats.items.tested
     }
 }
 

@@ -7,7 +7,7 @@ use cullet::transform::Plane;
 use serde_json::{Map, Value, json};
 
 use super::downstream::{Drawn, Mode, ms};
-use super::measure::{Figures, LevelFigures, SizeFigures, Timing};
+use super::measure::{Figures, FlatFigures, LevelFigures, SizeFigures, Timing};
 use super::path::CameraPath;
 use super::sweep::{Metric, metrics};
 use super::verdicts::TESTS;
@@ -99,10 +99,13 @@ fn figures(figures: &Figures) -> Value {
         value["false_culled"] = figures.n_false_culled.into();
         (test.name().to_owned(), value)
     });
-    let mut flat = timed("ns_per_box", &figures.flat.ns);
-    flat["test"] = Test::PVertex.name().into();
-    flat["in"] = figures.flat.n_in.into();
-    flat["out"] = (n - figures.flat.n_in).into();
+    let flat = |of: &FlatFigures| {
+        let mut flat = timed("ns_per_box", &of.ns);
+        flat["test"] = Test::PVertex.name().into();
+        flat["in"] = of.n_in.into();
+        flat["out"] = (n - of.n_in).into();
+        flat
+    };
 
     let tree = &figures.tree;
     let mut hierarchy = timed("walk_ms", &tree.ms);
@@ -132,7 +135,8 @@ fn figures(figures: &Figures) -> Value {
     let fates = Fate::ALL.iter().zip(figures.fates).map(|(fate, n)| (fate.name().into(), n.into()));
     json!({
         "tests": tests.collect::<Map<_, _>>(),
-        "flat": flat,
+        "flat": flat(&figures.flat),
+        "flat_coarse": flat(&figures.coarse),
         "hierarchy": hierarchy,
         "planes": planes.collect::<Vec<_>>(),
         "levels": levels.map(|(i, (all, walked))| level(i, all, walked)).collect::<Vec<_>>(),

@@ -54,9 +54,7 @@ pub fn metrics(shown: &[Shown]) -> Vec<Metric> {
         metric(
             "boxes_tested",
             "boxes tested by the walk",
-            &of_tree(|s| {
-                (s.figures.tree.stats.nodes.tested + s.figures.tree.stats.items.tested) as f64
-            }),
+            &of_tree(|s| s.figures.tree.n_boxes_tested() as f64),
         ),
         metric("walk_ms", "walk, ms", &of_tree(|s| s.figures.tree.ms.warm())),
         metric("triangles_all", "triangles, no culling", &drawn(0, |d| d.n_triangles() as f64)),

@@ -42,6 +42,10 @@ fn right<'a, const N: usize>(first: &'a str, rest: [&'a str; N]) -> Table {
     Table::new(&columns)
 }
 
+fn spread(spread: Option<f64>) -> String {
+    spread.map_or("–".to_owned(), |spread| format!("{:.0}", 100.0 * spread))
+}
+
 fn percent(part: u64, whole: u64) -> String {
     format!("{:.2}", 100.0 * part as f64 / whole.max(1) as f64)
 }
@@ -60,21 +64,23 @@ fn tests(measured: &Measured, figures: &Figures) -> Table {
             percent(figures.n_false_visible, figures.n_in),
             format!("{:.2}", figures.ns.warm()),
             cold(figures.ns.cold()),
-            format!("{:.0}", 100.0 * figures.ns.spread()),
+            spread(figures.ns.spread()),
         ]);
     }
-    let flat = &figures.flat;
-    let wasted = flat.n_in.saturating_sub(figures.of(Test::Sat).n_in);
-    table.push([
-        format!("p_vertex x8 ({})", measured.simd),
-        flat.n_in.to_string(),
-        (n - flat.n_in).to_string(),
-        wasted.to_string(),
-        percent(wasted, flat.n_in),
-        format!("{:.2}", flat.ns.warm()),
-        cold(flat.ns.cold()),
-        format!("{:.0}", 100.0 * flat.ns.spread()),
-    ]);
+    let x8 = format!("p_vertex x8 ({})", measured.simd);
+    for (name, flat) in [(x8.as_str(), &figures.flat), ("  16-bit bounds first", &figures.coarse)] {
+        let wasted = flat.n_in.saturating_sub(figures.of(Test::Sat).n_in);
+        table.push([
+            name.to_owned(),
+            flat.n_in.to_string(),
+            (n - flat.n_in).to_string(),
+            wasted.to_string(),
+            percent(wasted, flat.n_in),
+            format!("{:.2}", flat.ns.warm()),
+            cold(flat.ns.cold()),
+            spread(flat.ns.spread()),
+        ]);
+    }
     table
 }
 
@@ -241,9 +247,11 @@ pub fn csv(measured: Option<&Measured>, wastes: &[Waste]) -> String {
         for (test, of) in TESTS.iter().zip(&figures.tests) {
             row("boxes", test.name().to_owned(), n, [of.n_in, of.n_false_visible], &of.ns);
         }
-        let flat = &figures.flat;
-        let wasted = flat.n_in.saturating_sub(figures.of(Test::Sat).n_in);
-        row("boxes", "p_vertex_x8".to_owned(), n, [flat.n_in, wasted], &flat.ns);
+        let wide = [("p_vertex_x8", &figures.flat), ("p_vertex_x8_coarse", &figures.coarse)];
+        for (name, flat) in wide {
+            let wasted = flat.n_in.saturating_sub(figures.of(Test::Sat).n_in);
+            row("boxes", name.to_owned(), n, [flat.n_in, wasted], &flat.ns);
+        }
         for (plane, of) in Plane::ALL.iter().zip(&figures.planes) {
             row("plane", plane.name().to_owned(), n, [of.n_in, of.n_false_visible], &of.ns);
         }

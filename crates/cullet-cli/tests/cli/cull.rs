@@ -56,8 +56,11 @@ fn the_figures_add_up() {
             assert_eq!(count("in") - count("false_visible"), exact, "{test}");
             assert!(figures["ns_per_box"].as_f64().unwrap() >= 0.0);
         }
-        // The tree finds what the flat test finds.
+        // The tree finds what the flat test finds, and short bounds first change nothing.
         assert_eq!(json["hierarchy"]["in"], json["tests"]["both"]["in"]);
+        assert_eq!(json["flat"]["in"], json["flat_coarse"]["in"]);
+        // Of one time there is no spread.
+        assert_eq!(json["tests"]["sat"]["spread"], Value::Null);
         assert_eq!(json["planes"].as_array().unwrap().len(), 6);
         // Nodes are those of the levels, and none is tested twice.
         let levels = json["levels"].as_array().unwrap();

@@ -1,8 +1,8 @@
 //! Boxes and cameras to try the wide tests and the tree on; the same in every run.
 
-use cullet_cull::{Aabb, Frustum};
+use cullet_cull::{Aabb, DepthRange, Frustum, FrustumError};
 use cullet_transform::{Camera, Kind, Projection, Window};
-use glam::{DMat3, DQuat, DVec3};
+use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
 
 /// SplitMix64 (Steele, Lea and Flood 2014).
 pub struct Random(pub u64);
@@ -138,6 +138,9 @@ pub fn cameras(random: &mut Random, boxes: &[Aabb], n: usize) -> Vec<Frustum> {
                 };
                 return Frustum::from_window(eye, &rotation, &window);
             }
+            if i % 5 == 2 {
+                return near_lost(random, eye, extent);
+            }
             let yfov = [1.0, 0.02, 3.12][i % 3];
             let target = eye + random.point(extent);
             let lens = Projection::Perspective { yfov, near, far: far.max(near * 2.0) };
@@ -145,6 +148,32 @@ pub fn cameras(random: &mut Random, boxes: &[Aabb], n: usize) -> Vec<Frustum> {
             Frustum::from_camera(&camera, 16.0 / 9.0)
         })
         .collect()
+}
+
+/// Of a matrix multiplied in f32, far from the origin: what is left of its near distance is
+/// rounding.
+fn near_lost(random: &mut Random, eye: DVec3, extent: f64) -> Frustum {
+    let near = extent * 10_f64.powf(random.within(-12.0, -6.0));
+    let window = Window {
+        kind: Kind::Perspective,
+        left: -0.7,
+        right: 0.7,
+        bottom: -0.5,
+        top: 0.5,
+        near,
+        far: f64::INFINITY,
+    };
+    let axes = DMat3::from_quat(quaternion(random));
+    let view_from_world = DAffine3::from_mat3(axes.transpose()) * DAffine3::from_translation(-eye);
+    // Depth runs from 0 to 1, so that the near distance is what two large numbers differ by.
+    let mut rows = window.clip_from_view().transpose();
+    rows.z_axis = rows.w_axis - rows.z_axis;
+    let clip_from_world = rows.transpose().as_mat4() * DMat4::from(view_from_world).as_mat4();
+    match Frustum::from_matrix(&clip_from_world.as_dmat4(), DepthRange::ZeroToOne) {
+        // A world too large for f32.
+        Err(FrustumError::NotFinite) => Frustum::from_window(eye, &axes, &window),
+        frustum => frustum.expect("a volume"),
+    }
 }
 
 fn quaternion(random: &mut Random) -> DQuat {

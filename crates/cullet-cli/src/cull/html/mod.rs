@@ -156,7 +156,7 @@ fn tiles(measured: &Measured, figures: &Figures) -> String {
     let n = measured.input.boxes.len() as u64;
     let visible = figures.of(Test::Sat).n_in;
     let tree = &figures.tree;
-    let asked = tree.stats.nodes.tested + tree.stats.items.tested;
+    let asked = tree.n_boxes_tested();
     let mut tiles = vec![
         (short(n as f64), "boxes".to_owned()),
         (short(visible as f64), format!("visible: {:.1}%", percent(visible, n))),
@@ -304,7 +304,10 @@ fn tests(figures: &Figures) -> String {
 fn costs(sum: &Figures, simd: &str) -> String {
     let rows =
         TESTS.iter().zip(&sum.tests).map(|(test, of)| (test.name().replace('_', "-"), of.ns));
-    let rows = rows.chain([(format!("p-vertex x8 {simd}"), sum.flat.ns)]);
+    let rows = rows.chain([
+        (format!("p-vertex x8 {simd}"), sum.flat.ns),
+        ("16-bit bounds first".to_owned(), sum.coarse.ns),
+    ]);
     let bar = |(label, ns): (String, super::measure::Timing)| {
         let warm = ns.warm();
         let extra = ns.cold().map_or(0.0, |cold| (cold - warm).max(0.0));
