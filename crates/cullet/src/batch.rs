@@ -2,6 +2,7 @@
 
 use cullet_raster::{BLOCK, NO_TRIANGLE};
 use cullet_shade::wide::Run;
+use fearless_simd::{Level, Simd, dispatch, prelude::*, u32x8};
 
 /// Pixels coloured at once: those of a block.
 pub(crate) const BATCH: usize = (BLOCK * BLOCK) as usize;
@@ -68,35 +69,26 @@ impl Batch {
         self.n_pixels
     }
 
+    /// Pixels of a rectangle of the block.
+    pub(crate) fn rectangle(&mut self, simd: Level, rectangle: &Rectangle<'_>) {
+        dispatch!(simd, simd => self.rows(simd, rectangle));
+    }
+
+    #[inline(always)]
+    fn rows<S: Simd>(&mut self, simd: S, rectangle: &Rectangle<'_>) {
+        let Rectangle { ids, stride, size: [width, height], out, out_stride, place } = *rectangle;
+        for row in 0..height as usize {
+            let ids = &ids[row * stride..][..width as usize];
+            let out = (out + row * out_stride) as u32;
+            self.row(simd, ids, out, [place[0], place[1] + row as f32]);
+        }
+    }
+
     /// Pixels of a row of the block, from `x`, `y` on, the first of which goes to `out`.
-    #[inline]
-    pub(crate) fn row(&mut self, ids: &[u32], out: u32, [x, y]: [f32; 2]) {
-        let Some(first) = ids.first() else { return };
-        let mut starts = [0_u8; BLOCK as usize + 1];
-        let mut n = 0;
-        let mut before = !first;
-        let (eights, rest) = ids.as_chunks::<8>();
-        let mut at = 0;
-        for eight in eights {
-            let mut differences = 0;
-            for id in eight {
-                differences |= id ^ before;
-            }
-            if differences != 0 {
-                // Without a branch, since the ends of small triangles are beyond prediction.
-                for (i, &id) in eight.iter().enumerate() {
-                    starts[n] = at + i as u8;
-                    n += usize::from(id != before);
-                    before = id;
-                }
-            }
-            at += 8;
-        }
-        for (i, &id) in rest.iter().enumerate() {
-            starts[n] = at + i as u8;
-            n += usize::from(id != before);
-            before = id;
-        }
+    #[inline(always)]
+    fn row<S: Simd>(&mut self, simd: S, ids: &[u32], out: u32, [x, y]: [f32; 2]) {
+        let mut starts = [0; STARTS];
+        let n = run_starts(simd, ids, &mut starts);
         starts[n] = ids.len() as u8;
         for i in 0..n {
             let [start, end] = [starts[i], starts[i + 1]];
@@ -166,6 +158,76 @@ impl Batch {
     }
 }
 
+/// Ids of triangles over a rectangle of one block, rows from top to bottom.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Rectangle<'a> {
+    pub ids: &'a [u32],
+    /// From an id to the one below it.
+    pub stride: usize,
+    /// Width and height, px.
+    pub size: [u32; 2],
+    /// Where the first pixel goes, and how much further the one below it.
+    pub out: usize,
+    pub out_stride: usize,
+    /// The first pixel, px from the corner of the block.
+    pub place: [f32; 2],
+}
+
+/// Room for the starts of all runs of a row: eight are written at a time, whatever there are.
+const STARTS: usize = BLOCK as usize + 8;
+
+/// Where the ids of a row change, the start among them; returns how often.
+///
+/// Without a branch that depends on ids, since the ends of small triangles are beyond prediction: eight
+/// comparisons are a byte, and a table knows the places of its ones.
+#[inline(always)]
+fn run_starts<S: Simd>(simd: S, ids: &[u32], starts: &mut [u8; STARTS]) -> usize {
+    let len = ids.len();
+    if len < 9 {
+        let mut n = usize::from(len > 0);
+        for i in 1..len {
+            starts[n] = i as u8;
+            n += usize::from(ids[i] != ids[i - 1]);
+        }
+        return n;
+    }
+    let mut n = 1;
+    let mut at = 1;
+    while at < len {
+        // The last eight may have some of the eight before.
+        let first = at.min(len - 8);
+        let own = u32x8::from_slice(simd, &ids[first..first + 8]);
+        let before = u32x8::from_slice(simd, &ids[first - 1..first + 7]);
+        let differs = !own.simd_eq(before).to_bitmask() as u8 & 0xff << (at - first);
+        let places = PLACES_OF_ONES[usize::from(differs)].wrapping_add(first as u64 * LOW_BITS);
+        starts[n..n + 8].copy_from_slice(&places.to_le_bytes());
+        n += differs.count_ones() as usize;
+        at = first + 8;
+    }
+    n
+}
+
+/// The lowest bit of each byte.
+const LOW_BITS: u64 = 0x0101_0101_0101_0101;
+
+/// By byte, the places of its ones in ascending order, a byte each.
+static PLACES_OF_ONES: [u64; 256] = {
+    let mut all = [0; 256];
+    let mut byte = 0;
+    while byte < 256 {
+        let (mut bit, mut n) = (0, 0);
+        while bit < 8 {
+            if byte >> bit & 1 != 0 {
+                all[byte] |= bit << (8 * n);
+                n += 1;
+            }
+            bit += 1;
+        }
+        byte += 1;
+    }
+    all
+};
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -192,15 +254,25 @@ mod tests {
             |i| i % 2,
         ];
         let mut batch = Batch::default();
-        for len in [0, 1, 7, 8, 9, 63, 64] {
+        for len in [0, 1, 7, 8, 9, 10, 16, 17, 18, 63, 64] {
             for pattern in patterns {
                 batch.begin();
                 let mut expected = Vec::new();
-                for y in [0, 1] {
-                    let ids: Vec<u32> = (0..len).map(|x| pattern(x + y)).collect();
+                let ids = [0, 1].map(|y| (0..len).map(|x| pattern(x + y)).collect::<Vec<_>>());
+                batch.rectangle(
+                    Level::new(),
+                    &Rectangle {
+                        ids: &ids.concat(),
+                        stride: len as usize,
+                        size: [len, 2],
+                        out: 0,
+                        out_stride: 1000,
+                        place: [0.5, 0.0],
+                    },
+                );
+                for (y, ids) in (0..).zip(&ids) {
                     let first = 1000 * y;
-                    batch.row(&ids, first, [0.5, y as f32]);
-                    let seen = (0..).zip(&ids).filter(|(_, id)| **id != NO_TRIANGLE);
+                    let seen = (0..).zip(ids).filter(|(_, id)| **id != NO_TRIANGLE);
                     expected.extend(seen.map(|(x, id)| (*id, first + x, x as f32 + 0.5, y as f32)));
                 }
                 assert_eq!(pixels(&batch), expected);

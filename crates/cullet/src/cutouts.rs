@@ -6,7 +6,7 @@
 
 use cullet_raster::{BLOCK, NO_TRIANGLE, Placement};
 use cullet_shade::Surface;
-use cullet_shade::wide::{Cutout, CutoutScratch, Group, Record, set_up};
+use cullet_shade::wide::{Cutout, Group, Record, Scratch, set_up};
 
 use crate::Item;
 use crate::shading::{Scene, keeps};
@@ -25,7 +25,7 @@ pub(crate) struct CutoutSlots {
     /// By slot, the triangle and the block of the record.
     known: Vec<(u32, [u32; 2])>,
     records: Vec<Record>,
-    wide: Option<Box<CutoutScratch>>,
+    wide: Option<Box<Scratch>>,
 }
 
 impl CutoutSlots {

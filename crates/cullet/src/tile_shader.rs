@@ -14,7 +14,7 @@ use cullet_shade::wide::{self, ColorPlanes, Group, Out, Paint, PointPlanes, Reco
 use glam::Vec4;
 
 use crate::adaptive::AdaptiveScratch;
-use crate::batch::{BATCH, Batch};
+use crate::batch::{BATCH, Batch, Rectangle};
 use crate::coarse::CoarseScratch;
 use crate::draws::Draws;
 use crate::frame::Target;
@@ -56,6 +56,7 @@ pub(crate) struct ShadeScratch {
     points: Vec<PointPlanes>,
     n_runs_of_paint: Vec<u32>,
     left: Vec<wide::Run>,
+    painting: wide::Scratch,
     corners: CornerSlots,
     pub(crate) edges: EdgeScratch,
     pub(crate) coarse: CoarseScratch,
@@ -76,6 +77,7 @@ impl Default for ShadeScratch {
             points: Vec::new(),
             n_runs_of_paint: Vec::new(),
             left: Vec::new(),
+            painting: wide::Scratch::default(),
             corners: CornerSlots::default(),
             edges: EdgeScratch::default(),
             coarse: CoarseScratch::default(),
@@ -247,17 +249,20 @@ impl<'a> TileShader<'a> {
         let [left, top, right, bottom] = part_in(rect, block);
         let batch = &mut self.scratch.batch;
         batch.begin();
-        for y in top..bottom {
-            let (row, column) = ((y - rect.y) as usize, (left - rect.x) as usize);
-            let start = row * stride + column;
-            let ids = &ids[start..start + (right - left) as usize];
-            let place = [(left - block[0]) as f32 + 0.5, (y - block[1]) as f32 + 0.5];
-            batch.row(ids, (row * out.stride + column) as u32, place);
-        }
-        let n_pixels = batch.n_pixels();
+        let (row, column) = ((top - rect.y) as usize, (left - rect.x) as usize);
         let size = [right - left, bottom - top];
+        let first = row * out.stride + column;
+        let rectangle = Rectangle {
+            ids: &ids[row * stride + column..],
+            stride,
+            size,
+            out: first,
+            out_stride: out.stride,
+            place: [(left - block[0]) as f32 + 0.5, (top - block[1]) as f32 + 0.5],
+        };
+        batch.rectangle(self.scene.settings.simd, &rectangle);
+        let n_pixels = batch.n_pixels();
         if n_pixels < (size[0] * size[1]) as usize {
-            let first = (top - rect.y) as usize * out.stride + (left - rect.x) as usize;
             fill_background_from(self.scene.settings, size, first, out);
         }
         let mut out = if out.linear.is_empty() {
@@ -293,7 +298,7 @@ impl<'a> TileShader<'a> {
         let mut runs =
             if is_one { batch.runs() } else { batch.by_paint(&scratch.paint_of, counts) };
         let look = self.scene.look();
-        let ShadeScratch { records, colors, points, left, .. } = scratch;
+        let ShadeScratch { records, colors, points, left, painting, .. } = scratch;
         left.clear();
         for (key, count) in paints.iter().zip(counts).filter(|(_, count)| **count > 0) {
             let n = if is_one { runs.len() } else { *count as usize };
@@ -302,7 +307,7 @@ impl<'a> TileShader<'a> {
             let prepared = self.scene.prepared;
             let surface = prepared.surface(&prepared.items()[key.item]);
             let paint = Paint::new(&surface, key.needs, &look);
-            wide::paint(&paint, own, records, colors, points, out, left);
+            wide::paint(&paint, own, records, colors, points, painting, out, left);
         }
         if !left.is_empty() {
             self.paint_left(block, out);

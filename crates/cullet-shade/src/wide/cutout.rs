@@ -3,7 +3,7 @@
 use cullet_scene::AlphaMode;
 use fearless_simd::{Simd, dispatch, f32x8, prelude::*};
 
-use super::paint::{Paint, Sampled, Stage};
+use super::paint::{Paint, Sampled, Scratch, Stage};
 use super::record::Record;
 use crate::kernel::Look;
 use crate::needs::{Needs, Shading};
@@ -20,10 +20,6 @@ pub struct Cutout<'a> {
     factor: f32,
     cutoff: f32,
 }
-
-/// Memory for alpha tests.
-#[derive(Debug, Default)]
-pub struct CutoutScratch(Stage);
 
 impl<'a> Cutout<'a> {
     /// `None` if the material has no holes, or if wide code does not serve: without a texture, with nearest
@@ -47,12 +43,7 @@ impl<'a> Cutout<'a> {
 
     /// Which of eight places, px from the corner of the record's block, have matter, and for which of
     /// them that is to be trusted: a bit each. The others are to be asked of [`crate::alpha`].
-    pub fn kept(
-        &self,
-        record: &Record,
-        places: [[f32; 8]; 2],
-        scratch: &mut CutoutScratch,
-    ) -> [u64; 2] {
+    pub fn kept(&self, record: &Record, places: [[f32; 8]; 2], scratch: &mut Scratch) -> [u64; 2] {
         dispatch!(self.paint.simd, simd => kept(simd, self, record, places, &mut scratch.0))
     }
 }

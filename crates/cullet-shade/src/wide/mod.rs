@@ -20,8 +20,8 @@ mod sampler;
 #[cfg(test)]
 mod tests;
 
-pub use cutout::{Cutout, CutoutScratch};
-pub use paint::{Out, Paint, paint};
+pub use cutout::Cutout;
+pub use paint::{Out, Paint, Scratch, paint};
 pub use point::PointPlanes;
 pub use record::{ColorPlanes, Group, Record, set_up};
 pub use run::Run;

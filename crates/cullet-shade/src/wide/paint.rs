@@ -95,6 +95,7 @@ pub fn paint(
     records: &[Record],
     colors: &[ColorPlanes],
     points: &[PointPlanes],
+    scratch: &mut Scratch,
     out: &mut Out<'_>,
     left: &mut Vec<Run>,
 ) {
@@ -111,7 +112,7 @@ pub fn paint(
         (false, Some(_)) => paint_as::<true, false>,
         (true, _) => paint_as::<true, true>,
     };
-    copy(paint, runs, records, colors, points, out, left);
+    copy(paint, runs, records, colors, points, scratch, out, left);
 }
 
 fn paint_as<const POINT: bool, const SPECIAL: bool>(
@@ -120,13 +121,14 @@ fn paint_as<const POINT: bool, const SPECIAL: bool>(
     records: &[Record],
     colors: &[ColorPlanes],
     points: &[PointPlanes],
+    scratch: &mut Scratch,
     out: &mut Out<'_>,
     left: &mut Vec<Run>,
 ) {
     let encoder = encoder();
     dispatch!(paint.simd, simd => {
         paint_all::<_, POINT, SPECIAL>(
-            simd, paint, encoder, runs, records, colors, points, out, left,
+            simd, paint, encoder, runs, records, colors, points, &mut scratch.0, out, left,
         )
     });
 }
@@ -142,13 +144,12 @@ fn paint_all<S: Simd, const POINT: bool, const SPECIAL: bool>(
     records: &[Record],
     colors: &[ColorPlanes],
     points: &[PointPlanes],
+    stage: &mut Stage,
     out: &mut Out<'_>,
     left: &mut Vec<Run>,
 ) {
     let is_rough = SPECIAL && paint.division == Division::Approximate;
     let is_stretched = SPECIAL && matches!(paint.texture, Some(Sampled::Stretched(_)));
-    let mut stage = Stage::default();
-    let mut lights = [[[0.0; 8]; 3]; EIGHTS];
     let mut rest = Rest { runs, taken: 0 };
     loop {
         let n_pixels = stage.places.take(simd, &mut rest);
@@ -157,7 +158,7 @@ fn paint_all<S: Simd, const POINT: bool, const SPECIAL: bool>(
         }
         let n = n_pixels.div_ceil(8);
         for i in 0..n {
-            paint.place::<_, SPECIAL>(simd, records, colors, &mut stage, i);
+            paint.place::<_, SPECIAL>(simd, records, colors, stage, i);
             if POINT && let Some(light) = &paint.point {
                 let is_flat = matches!(paint.light, Lit::Flat);
                 let values = match stage.places.is_one_triangle(simd, i) {
@@ -175,7 +176,7 @@ fn paint_all<S: Simd, const POINT: bool, const SPECIAL: bool>(
                     is_flat,
                     is_rough,
                 );
-                lights[i] = rgb;
+                stage.lights[i] = rgb;
                 stage.good[i] &= good;
             }
         }
@@ -204,7 +205,7 @@ fn paint_all<S: Simd, const POINT: bool, const SPECIAL: bool>(
         }
         for i in 0..n {
             stage.rgb[i] =
-                paint.color(simd, &stage, i, if POINT { Some(&lights[i]) } else { None });
+                paint.color(simd, stage, i, if POINT { Some(&stage.lights[i]) } else { None });
             if stage.good[i] != 0xff {
                 leave(&stage.places, 8 * i..n_pixels.min(8 * i + 8), stage.good[i], left);
             }
@@ -238,6 +239,10 @@ fn paint_all<S: Simd, const POINT: bool, const SPECIAL: bool>(
     }
 }
 
+/// Memory for [`paint()`] and for alpha tests; it carries nothing from one call to the next.
+#[derive(Debug, Default)]
+pub struct Scratch(pub(super) Stage);
+
 /// What one stage leaves to the next, for a chunk of pixels.
 #[derive(Debug, Default)]
 pub(super) struct Stage {
@@ -249,6 +254,8 @@ pub(super) struct Stage {
     /// Longer axes of footprints, u and v, and how many samples lie along them.
     stretch: [[[f32; 8]; 3]; EIGHTS],
     light: [[f32; 8]; EIGHTS],
+    /// From a light at a point, red, green and blue.
+    lights: [[[f32; 8]; 3]; EIGHTS],
     /// Vertex colours, red, green and blue.
     colors: [[[f32; 8]; 3]; EIGHTS],
     /// Which pixels are to be trusted, a bit each.

@@ -229,8 +229,8 @@ impl<'a> Sampler<'a> {
         let strip = (left >> STRIP.trailing_zeros()) * strip_len;
         let above =
             i32x8::simd_from(simd, first) + strip + upper * stride + (left & (STRIP as i32 - 1));
-        taps.above[eight] = above.bitcast::<u32x8<S>>().into();
-        taps.below[eight] = (above + stride).bitcast::<u32x8<S>>().into();
+        taps.above[eight] = (above << 2).bitcast::<u32x8<S>>().into();
+        taps.stride[eight] = (stride << 2).bitcast::<u32x8<S>>().into();
         taps.x[eight] = x.into();
         taps.y[eight] = y.into();
     }
@@ -296,12 +296,8 @@ impl<'a> Sampler<'a> {
         lane: usize,
         y: i32,
     ) -> [i16; 8] {
-        let row = |first: u32| {
-            let first = 4 * first as usize;
-            fixed::pair::<F>(&self.texels[first..first + 8])
-        };
-        let (upper, lower) = (row(taps.above[eight][lane]), row(taps.below[eight][lane]));
-        fixed::mix::<F>(&upper, &lower, y as i16)
+        let (upper, lower) = taps.rows(self.texels, eight, lane);
+        fixed::mix::<F>(&fixed::pair::<F>(upper), &fixed::pair::<F>(lower), y as i16)
     }
 
     #[inline(always)]
@@ -341,8 +337,8 @@ impl<'a> Sampler<'a> {
     /// The left texels, blended, and the right ones.
     #[inline(always)]
     fn rows<S: Simd>(&self, simd: S, taps: &LevelTaps, eight: usize, lane: usize) -> f32x8<S> {
-        let upper = pair(simd, self.texels, taps.above[eight][lane]);
-        let lower = pair(simd, self.texels, taps.below[eight][lane]);
+        let (upper, lower) = taps.rows(self.texels, eight, lane);
+        let (upper, lower) = (pair(simd, upper), pair(simd, lower));
         upper + (lower - upper) * taps.y[eight][lane]
     }
 }
@@ -362,21 +358,32 @@ pub(super) struct Taps {
     is_fine: [bool; EIGHTS],
 }
 
-/// In one level: texel numbers of the upper and lower left neighbours, and how far right and
-/// down from the upper left one.
+/// In one level: the first channel of the upper left neighbour, how many channels later the lower
+/// left one has its own, and how far right and down from the upper left one.
 #[derive(Debug, Default)]
 struct LevelTaps {
     above: [[u32; 8]; EIGHTS],
-    below: [[u32; 8]; EIGHTS],
+    stride: [[u32; 8]; EIGHTS],
     x: [[f32; 8]; EIGHTS],
     y: [[f32; 8]; EIGHTS],
 }
 
+impl LevelTaps {
+    /// The channels of the upper two texels and of the lower two. Both pairs are cut from one slice,
+    /// so that its ends are compared with those of the texture once.
+    #[inline(always)]
+    fn rows<'a>(&self, texels: &'a [u16], eight: usize, lane: usize) -> (&'a [u16], &'a [u16]) {
+        let (above, stride) = (self.above[eight][lane] as usize, self.stride[eight][lane] as usize);
+        let len = stride + 8;
+        let both = &texels[above..above + len];
+        (&both[..8], &both[stride..])
+    }
+}
+
 /// A texel and the one after it.
 #[inline(always)]
-fn pair<S: Simd>(simd: S, texels: &[u16], first: u32) -> f32x8<S> {
-    let first = 4 * first as usize;
-    let (left, right) = u16x8::from_slice(simd, &texels[first..first + 8]).widen();
+fn pair<S: Simd>(simd: S, channels: &[u16]) -> f32x8<S> {
+    let (left, right) = u16x8::from_slice(simd, channels).widen();
     // Signed, which is one instruction.
     f32x8::float_from(left.combine(right).bitcast::<i32x8<S>>())
 }

@@ -46,7 +46,8 @@ fn sampled_by(texture: &Texture, uv: Vec2, [ddx, ddy]: [Vec2; 2], look: &Look) -
     let of = Paint::new(&surface, Needs::TEXTURE, look);
     let mut left = Vec::new();
     let run = Run { len: 1, ..Run::default() };
-    paint(&of, &[run], &[record], &[], &[], &mut Out::Linear(&mut out), &mut left);
+    let scratch = &mut Scratch::default();
+    paint(&of, &[run], &[record], &[], &[], scratch, &mut Out::Linear(&mut out), &mut left);
     assert!(left.is_empty());
     out[0]
 }
@@ -230,8 +231,8 @@ impl Seen<'_> {
             }
             let of = Paint::new(&self.surface, self.needs, look);
             let mut left = Vec::new();
-            let out = &mut Out::Linear(&mut out);
-            paint(&of, &runs, &record, &colors, &points, out, &mut left);
+            let (scratch, out) = (&mut Scratch::default(), &mut Out::Linear(&mut out));
+            paint(&of, &runs, &record, &colors, &points, scratch, out, &mut left);
             all_left.extend(left.iter().map(|run| run.out));
         }
         (out, all_left)
