@@ -6,7 +6,7 @@
 //! kept as screen triangles.
 
 use cullet_transform::{ClipPoint, PlaneMask, Viewport};
-use fearless_simd::{Level, Simd, dispatch, i32x8, prelude::*};
+use fearless_simd::{Level, Simd, dispatch, i32x8, prelude::*, u32x8};
 use glam::{DMat4, Vec3};
 
 use crate::clip::{GuardBand, Polygon};
@@ -14,6 +14,7 @@ use crate::fixed::Fixed;
 use crate::placed::{Lens, Placed};
 use crate::plain;
 use crate::precision::{Precision, Transforms};
+use crate::samples::Samples;
 use crate::setup::{Facing, Placer, ScreenTriangle, SetupCounters, Vertex, whole};
 
 /// Subpixel bits of the fast path.
@@ -53,9 +54,11 @@ pub struct Object {
     pub first_id: u32,
     /// How exactly it is drawn.
     pub precision: Precision,
+    /// Where pixels are sampled. Tiles may be drawn with one sample as well.
+    pub samples: Samples,
 }
 
-/// A cluster in a view, whatever the tile and the samples.
+/// A cluster in a view, whatever the tile: its triangles that may hold a sample.
 #[derive(Clone, Debug)]
 pub struct Assembly {
     pub(crate) placed: Placed,
@@ -175,14 +178,21 @@ impl Job<'_> {
     /// Triangles `first..first + n`.
     #[inline(always)]
     fn eight<S: Simd>(&mut self, simd: S, first: usize, n: usize) {
+        // Beyond the last there is any other, which nobody looks at.
+        let mut corners = [[0; 4]; 8];
+        match self.cluster.corners[first..].first_chunk() {
+            Some(eight) => corners = *eight,
+            None => corners[..n].copy_from_slice(&self.cluster.corners[first..first + n]),
+        }
         let (mut x, mut y) = ([[0; 8]; 3], [[0; 8]; 3]);
-        let mut plain = 0xffu64 >> (8 - n);
-        for lane in 0..n {
-            let placed = &self.out.placed;
-            let [a, b, c] = self.corners(first + lane);
+        let placed = &self.out.placed;
+        for lane in 0..8 {
+            let [a, b, c, _] = corners[lane];
+            let [a, b, c] = [a as usize, b as usize, c as usize];
             (x[0][lane], x[1][lane], x[2][lane]) = (placed.x[a], placed.x[b], placed.x[c]);
             (y[0][lane], y[1][lane], y[2][lane]) = (placed.y[a], placed.y[b], placed.y[c]);
         }
+        let mut plain = 0xffu64 >> (8 - n);
         if self.out.placed.special {
             plain = self.special(first, n);
         }
@@ -207,20 +217,23 @@ impl Job<'_> {
         counters.n_facing_away += u64::from(away.count_ones());
         counters.n_drawn += u64::from(drawn.count_ones());
 
-        let borders: [[i32; 8]; 4] = [left.into(), right.into(), upper.into(), lower.into()];
+        drawn &= hold_samples(simd, [left, right, upper, lower], self.object.samples);
+        let turned = turned(simd, corners, area);
+        let [left, right]: [[i32; 8]; 2] = [left.into(), right.into()];
+        let [upper, lower]: [[i32; 8]; 2] = [upper.into(), lower.into()];
+        let out = &mut *self.out;
+        let [lefts, rights, uppers, lowers] = &mut out.borders;
+        let mut i = out.n;
         while drawn != 0 {
-            let lane = drawn.trailing_zeros() as usize;
+            let lane = drawn.trailing_zeros() as usize % 8;
             drawn &= drawn - 1;
-            let out = &mut *self.out;
-            let [a, b, c, _] = self.cluster.corners[first + lane];
-            let turned = if clockwise >> lane & 1 == 1 { [a, b, c, 0] } else { [a, c, b, 0] };
-            out.corners[out.n] = turned;
-            out.ids[out.n] = self.object.first_id + self.cluster.ids[first + lane];
-            for (list, border) in out.borders.iter_mut().zip(&borders) {
-                list[out.n] = border[lane];
-            }
-            out.n += 1;
+            out.corners[i] = turned[lane].to_le_bytes();
+            out.ids[i] = self.object.first_id + self.cluster.ids[first + lane];
+            (lefts[i], rights[i]) = (left[lane], right[lane]);
+            (uppers[i], lowers[i]) = (upper[lane], lower[lane]);
+            i += 1;
         }
+        out.n = i;
         while large != 0 {
             self.one(first + large.trailing_zeros() as usize);
             large &= large - 1;
@@ -274,6 +287,44 @@ impl Job<'_> {
         };
         counters.count(outcome, !cuts.is_empty());
     }
+}
+
+/// Corners in clockwise order, a byte each from the lowest on: the second and the third change places
+/// where twice the area is not positive.
+#[inline(always)]
+fn turned<S: Simd>(simd: S, corners: [[u8; 4]; 8], area: i32x8<S>) -> [u32; 8] {
+    let [a, b, c, d, e, f, g, h] = corners;
+    let whole = [
+        u32::from_le_bytes(a),
+        u32::from_le_bytes(b),
+        u32::from_le_bytes(c),
+        u32::from_le_bytes(d),
+        u32::from_le_bytes(e),
+        u32::from_le_bytes(f),
+        u32::from_le_bytes(g),
+        u32::from_le_bytes(h),
+    ];
+    let whole = u32x8::simd_from(simd, whole) & 0x00ff_ffff;
+    let swapped = whole & 0xff | (whole & 0xff00) << 8 | whole >> 8 & 0xff00;
+    area.simd_gt(0).select(whole, swapped).into()
+}
+
+/// Which of eight boxes between borders have a sample between them, a bit each.
+#[inline(always)]
+fn hold_samples<S: Simd>(
+    _: S,
+    [left, right, upper, lower]: [i32x8<S>; 4],
+    samples: Samples,
+) -> u64 {
+    let [columns, rows] = [pixels8(left, right, samples), pixels8(upper, lower, samples)];
+    (columns[0].simd_lt(columns[1]) & rows[0].simd_lt(rows[1])).to_bitmask()
+}
+
+/// Pixels along an axis that may have samples between two borders: the first, and the one after the last.
+#[inline(always)]
+pub(crate) fn pixels8<S: Simd>(low: i32x8<S>, high: i32x8<S>, samples: Samples) -> [i32x8<S>; 2] {
+    let reach = 16 * samples.reach();
+    [(low + (127 - reach)) >> 8, ((high + (reach - 128)) >> 8) + 1]
 }
 
 #[inline(always)]

@@ -5,8 +5,8 @@
 
 use fearless_simd::{Level, Simd, dispatch, i32x8, mask32x8, prelude::*};
 
-use crate::assembly::{Assembly, BITS, MAX_TRIANGLES, load};
-use crate::depth::ReversedF32;
+use crate::assembly::{Assembly, BITS, MAX_TRIANGLES, load, pixels8};
+use crate::depth::{ReversedF32, reversed_key};
 use crate::fill::{KeepSample, TileDepth, TileTriangle, fill, fill_blocks, fill_plain};
 use crate::fixed::Fixed;
 use crate::plain;
@@ -14,6 +14,10 @@ use crate::samples::{Offset, Samples};
 use crate::setup::{ScreenTriangle, doubled_area};
 use crate::small::{SMALL, Small};
 use crate::tile::{BLOCK, TileBuffer, TileRect};
+
+/// How often a block must have been written to for its farthest sample to be looked for again on behalf
+/// of one triangle.
+const WORTH_A_LOOK: u32 = 4;
 
 /// Draws `assembly` into `tile`. `keep` is asked per sample where the material has holes. Returns
 /// how many samples were won, later losers included. The picture does not depend on the order of
@@ -104,14 +108,15 @@ impl<const N: usize> Job<'_, '_, N> {
         upper: i32x8<S>,
         lower: i32x8<S>,
     ) -> Boxes<S> {
-        let reach = 16 * self.tile.samples().reach();
+        let samples = self.tile.samples();
         let side = self.tile.side() as i32;
         let [x, y] = self.tile.origin();
-        let start_x = ((left + (127 - reach)) >> 8) - x;
-        let start_y = ((upper + (127 - reach)) >> 8) - y;
-        let end_x = ((right + (reach - 128)) >> 8) + (1 - x);
-        let end_y = ((lower + (reach - 128)) >> 8) + (1 - y);
-        Boxes { x: [start_x.max(0), end_x.min(side)], y: [start_y.max(0), end_y.min(side)] }
+        let [start_x, end_x] = pixels8(left, right, samples);
+        let [start_y, end_y] = pixels8(upper, lower, samples);
+        Boxes {
+            x: [(start_x - x).max(0), (end_x - x).min(side)],
+            y: [(start_y - y).max(0), (end_y - y).min(side)],
+        }
     }
 
     /// The first `n` of eight triangles that have a box here.
@@ -163,10 +168,10 @@ impl<const N: usize> Job<'_, '_, N> {
                 rest: [edges[0].rest, edges[1].rest, edges[2].rest],
                 left: [edges[0].drop, edges[1].drop, edges[2].drop],
                 down: [edges[0].run, edges[1].run, edges[2].run],
-                area: area.into(),
+                area,
                 corner: [ax, ay],
-                depth,
-                id,
+                depth: &depth,
+                id: &id,
             };
             self.n_won += u64::from(small8.fill(simd, self.tile, &self.offsets, small));
         }
@@ -187,6 +192,11 @@ impl<const N: usize> Job<'_, '_, N> {
             let lane = todo.trailing_zeros() as usize;
             todo &= todo - 1;
             let depth = [depth[0][lane], depth[1][lane], depth[2][lane]];
+            let nearest = depth[0].max(depth[1]).max(depth[2]);
+            let key = reversed_key(nearest as f32);
+            if self.tile.blocks_hide::<_, WORTH_A_LOOK>(simd, eight.rect(lane), key) {
+                continue;
+            }
             let triangle = eight.triangle(lane, id[lane], depth);
             let keep = self.keep.as_deref_mut();
             let won = fill(simd, self.tile, &triangle, &self.offsets, keep);
@@ -247,6 +257,15 @@ struct Eight {
 }
 
 impl Eight {
+    /// Pixels that the samples of the triangle in `lane` may lie in.
+    #[inline(always)]
+    fn rect(&self, lane: usize) -> TileRect {
+        TileRect {
+            x: [self.x[0][lane] as usize, self.x[1][lane] as usize],
+            y: [self.y[0][lane] as usize, self.y[1][lane] as usize],
+        }
+    }
+
     /// The triangle in `lane`, with the depth of its corners.
     #[inline(always)]
     fn triangle(&self, lane: usize, id: u32, depth: [f64; 3]) -> TileTriangle {
@@ -255,10 +274,7 @@ impl Eight {
         let corner = [i64::from(self.corner[0][lane]), i64::from(self.corner[1][lane])];
         TileTriangle {
             id,
-            rect: TileRect {
-                x: [self.x[0][lane] as usize, self.x[1][lane] as usize],
-                y: [self.y[0][lane] as usize, self.y[1][lane] as usize],
-            },
+            rect: self.rect(lane),
             value: lane_of(&self.value, lane),
             rest: lane_of(&self.rest, lane),
             left,
@@ -464,8 +480,15 @@ mod tests {
         let viewport = Viewport::new(SIZE, SIZE).unwrap();
         let planes = PlaneMask::ALL;
         let precision = Precision::default();
-        let object =
-            Object { clip_from_model, viewport, planes, facing, first_id: 1000, precision };
+        let object = Object {
+            clip_from_model,
+            viewport,
+            planes,
+            facing,
+            first_id: 1000,
+            precision,
+            samples: Samples::One,
+        };
         Case { positions, corners, ids, object }
     }
 
@@ -570,7 +593,7 @@ mod tests {
         let (mut tile, mut assembly) = (TileBuffer::default(), Assembly::default());
         let [x, y, z] = &case.positions;
         let cluster = Cluster { positions: [x, y, z], corners: &case.corners, ids: &case.ids };
-        assembly.assemble(level, &cluster, &case.object);
+        assembly.assemble(level, &cluster, &Object { samples, ..case.object });
         assert_eq!(assembly.counters(), counters);
         let starts = || (0..SIZE).step_by(side);
         for (left, top) in starts().flat_map(|y| starts().map(move |x| (x, y))) {
@@ -628,7 +651,7 @@ mod tests {
         let mut pictures = Vec::new();
         for level in levels() {
             let (mut tile, mut assembly) = (TileBuffer::default(), Assembly::default());
-            assembly.assemble(level, &cluster, &case.object);
+            assembly.assemble(level, &cluster, &Object { samples: Samples::Four, ..case.object });
             tile.begin([64, 64], 64, Samples::Four);
             let keep = &mut |_: u32, [x, y]: [i32; 2], wanted: u64| {
                 assert!(x >= 16 * 64 && y >= 16 * 64 && wanted != 0 && wanted < 256);

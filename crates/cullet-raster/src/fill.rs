@@ -77,7 +77,6 @@ pub(crate) fn fill<S: Simd, const N: usize>(
     mut keep: Option<&mut KeepSample<'_>>,
 ) -> u32 {
     let TileTriangle { rect, .. } = *triangle;
-    tile.touch(rect, reversed_key(triangle.depth.high as f32));
     let mut written = 0;
     let mut x = rect.x[0];
     while x < rect.x[1] {
@@ -87,6 +86,9 @@ pub(crate) fn fill<S: Simd, const N: usize>(
             keep => column.rows::<true, true>(simd, tile, triangle, rect.y, keep),
         };
         x += 8;
+    }
+    if written > 0 {
+        tile.touch(rect, reversed_key(triangle.depth.high as f32));
     }
     written
 }
@@ -292,7 +294,7 @@ impl<S: Simd, const N: usize> Column<S, N> {
         rows: [usize; 2],
         mut keep: Option<&mut KeepSample<'_>>,
     ) -> u32 {
-        let TileTriangle { down, depth, .. } = triangle;
+        let TileTriangle { down, .. } = triangle;
         let skipped = (rows[0] - self.first_row) as i32;
         let mut values = self.values;
         if PARTLY {
@@ -303,82 +305,127 @@ impl<S: Simd, const N: usize> Column<S, N> {
             ];
         }
         let (stride, plane, [left, top]) = (tile.stride(), tile.plane(), tile.origin());
-        let (left, top) = (left + self.x as i32, f64::from(top));
-        let [keys_start, ids_start] = tile.starts;
-        let TileBuffer { keys, ids, .. } = tile;
-        let id = u32x8::splat(simd, triangle.id);
-        let (low, high) = (f64x4::splat(simd, depth.low), f64x4::splat(simd, depth.high));
-        let (none, one) = (i32x8::splat(simd, 0), i32x8::splat(simd, 1));
-        let mut written = none;
-        // Counted in f64 beside the row: a conversion takes longer.
-        let mut row_y = top + rows[0] as i32 as f64;
-        for row in rows[0]..rows[1] {
-            let id = match (N, PARTLY) {
-                (1, _) => id,
-                (_, false) => id | CENTRE_COVERED,
-                (_, true) => {
-                    (values[0] | values[1] | values[2]).simd_ge(0).select(id | CENTRE_COVERED, id)
-                }
-            };
-            for sample in 0..N {
-                let mut covered = mask32x8::splat(simd, true);
-                if PARTLY {
-                    let [a, b, c] = self.shifts[sample];
-                    let negative = match N {
-                        1 => values[0] | values[1] | values[2],
-                        _ => (values[0] + a) | (values[1] + b) | (values[2] + c),
-                    };
-                    covered = negative.simd_ge(0);
-                    if !covered.any_true() {
-                        continue;
-                    }
-                }
-                let y = row_y + f64::from(self.offsets[sample][1]) * (1.0 / 16.0);
-                let in_row = depth.depth + depth.ddy * (y - depth.origin[1]);
-                let [near, far] = self.depths[sample];
-                let (near, far) = (near + in_row, far + in_row);
-                let (near, far) = match PARTLY {
-                    true => (clamp(near, low, high), clamp(far, low, high)),
-                    false => (near, far),
-                };
-                // The sum has no negative zero; bits of floats from 0 on are in their order.
-                let key: i32x8<S> = (near.narrow(far) + 0.0).bitcast();
-
-                let start = sample * plane + row * stride + self.x;
-                let keys: &mut [i32; 8] = eight(keys, keys_start + start);
-                let old_key = i32x8::simd_from(simd, *keys);
-                let nearer = covered & key.simd_ge(old_key);
-                if !nearer.any_true() {
-                    continue;
-                }
-                let ids: &mut [u32; 8] = eight(ids, ids_start + start);
-                let old_id = u32x8::simd_from(simd, *ids);
-                let lower = match N {
-                    1 => id.simd_lt(old_id),
-                    _ => (id & !CENTRE_COVERED).simd_lt(old_id & !CENTRE_COVERED),
-                };
-                let wins = nearer & (key.simd_gt(old_key) | lower);
-                if KEEPS && let Some(keep) = &mut keep {
-                    let [x, y] = self.offsets[sample];
-                    let place = [16 * left + 8 + x, 16 * row_y as i32 + 8 + y];
-                    let bits = wins.to_bitmask();
-                    let bits = if bits == 0 { 0 } else { keep(triangle.id, place, bits) & bits };
-                    let wins: mask32x8<S> = SimdMask::from_bitmask(simd, bits);
-                    wins.select(key, old_key).store_slice(keys);
-                    wins.select(id, old_id).store_slice(ids);
-                    written += wins.select(one, none);
-                    continue;
-                }
-                wins.select(key, old_key).store_slice(keys);
-                wins.select(id, old_id).store_slice(ids);
-                written += wins.select(one, none);
+        let start = rows[0] * stride + self.x;
+        let keys = &mut tile.keys[tile.starts[0] + start..];
+        let ids = &mut tile.ids[tile.starts[1] + start..];
+        let n_rows = rows[1] - rows[0];
+        let mut pixels = Pixels {
+            values,
+            id: u32x8::splat(simd, triangle.id),
+            left: left + self.x as i32,
+            // Counted in f64 beside the row: a conversion takes longer.
+            y: f64::from(top + rows[0] as i32),
+            written: i32x8::splat(simd, 0),
+        };
+        if N == 1 {
+            assert!(stride >= 8);
+            let (mut keys, mut ids) = (keys, ids);
+            for _ in 0..n_rows {
+                let (row_keys, other_keys) = keys.split_at_mut(stride);
+                let (row_ids, other_ids) = ids.split_at_mut(stride);
+                let keep = keep.as_deref_mut();
+                self.sample::<PARTLY, KEEPS>(
+                    simd,
+                    triangle,
+                    &mut pixels,
+                    0,
+                    row_keys,
+                    row_ids,
+                    keep,
+                );
+                pixels.step::<PARTLY>(triangle);
+                (keys, ids) = (other_keys, other_ids);
             }
-            if PARTLY {
-                values = [values[0] + down[0], values[1] + down[1], values[2] + down[2]];
+        } else {
+            for row in 0..n_rows {
+                let triangle_id = u32x8::splat(simd, triangle.id);
+                let with_centre = triangle_id | CENTRE_COVERED;
+                let [a, b, c] = pixels.values;
+                pixels.id = match PARTLY {
+                    false => with_centre,
+                    true => (a | b | c).simd_ge(0).select(with_centre, triangle_id),
+                };
+                for sample in 0..N {
+                    let at = sample * plane + row * stride;
+                    let keep = keep.as_deref_mut();
+                    let (keys, ids) = (&mut keys[at..], &mut ids[at..]);
+                    self.sample::<PARTLY, KEEPS>(
+                        simd,
+                        triangle,
+                        &mut pixels,
+                        sample,
+                        keys,
+                        ids,
+                        keep,
+                    );
+                }
+                pixels.step::<PARTLY>(triangle);
             }
-            row_y += 1.0;
         }
-        written.reduce_sum() as u32
+        pixels.written.reduce_sum() as u32
+    }
+
+    /// One sample of eight pixels: those that the triangle wins become its own. `keys` and `ids` begin with
+    /// the pixels'.
+    #[inline(always)]
+    #[expect(clippy::too_many_arguments, reason = "one loop's body")]
+    fn sample<const PARTLY: bool, const KEEPS: bool>(
+        &self,
+        simd: S,
+        triangle: &TileTriangle,
+        pixels: &mut Pixels<S>,
+        sample: usize,
+        keys: &mut [i32],
+        ids: &mut [u32],
+        keep: Option<&mut KeepSample<'_>>,
+    ) {
+        let depth = &triangle.depth;
+        let mut covered = mask32x8::splat(simd, true);
+        if PARTLY {
+            let (values, [a, b, c]) = (&pixels.values, self.shifts[sample]);
+            let negative = match N {
+                1 => values[0] | values[1] | values[2],
+                _ => (values[0] + a) | (values[1] + b) | (values[2] + c),
+            };
+            covered = negative.simd_ge(0);
+            if !covered.any_true() {
+                return;
+            }
+        }
+        let y = pixels.y + f64::from(self.offsets[sample][1]) * (1.0 / 16.0);
+        let in_row = depth.depth + depth.ddy * (y - depth.origin[1]);
+        let [near, far] = self.depths[sample];
+        let (mut near, mut far) = (near + in_row, far + in_row);
+        if PARTLY {
+            let (low, high) = (f64x4::splat(simd, depth.low), f64x4::splat(simd, depth.high));
+            (near, far) = (clamp(near, low, high), clamp(far, low, high));
+        }
+        // The sum has no negative zero; bits of floats from 0 on are in their order.
+        let key: i32x8<S> = (near.narrow(far) + 0.0).bitcast();
+
+        let keys: &mut [i32; 8] = eight(keys);
+        let old_key = i32x8::simd_from(simd, *keys);
+        let nearer = covered & key.simd_ge(old_key);
+        if !nearer.any_true() {
+            return;
+        }
+        let ids: &mut [u32; 8] = eight(ids);
+        let (id, old_id) = (pixels.id, u32x8::simd_from(simd, *ids));
+        let lower = match N {
+            1 => id.simd_lt(old_id),
+            _ => (id & !CENTRE_COVERED).simd_lt(old_id & !CENTRE_COVERED),
+        };
+        let mut wins = nearer & (key.simd_gt(old_key) | lower);
+        if KEEPS && let Some(keep) = keep {
+            let [x, y] = self.offsets[sample];
+            let place = [16 * pixels.left + 8 + x, 16 * pixels.y as i32 + 8 + y];
+            let bits = wins.to_bitmask();
+            let bits = if bits == 0 { 0 } else { keep(triangle.id, place, bits) & bits };
+            wins = SimdMask::from_bitmask(simd, bits);
+        }
+        wins.select(key, old_key).store_slice(keys);
+        wins.select(id, old_id).store_slice(ids);
+        pixels.written += wins.select(i32x8::splat(simd, 1), i32x8::splat(simd, 0));
     }
 
     /// [`Column::rows`] where all samples are covered and nearer than what is there.
@@ -391,26 +438,52 @@ impl<S: Simd, const N: usize> Column<S, N> {
         rows: [usize; 2],
     ) -> u32 {
         let TileTriangle { depth, .. } = triangle;
-        let (stride, plane) = (tile.stride(), tile.plane());
-        let [keys_start, ids_start] = tile.starts;
-        let top = f64::from(tile.origin()[1]);
-        let TileBuffer { keys, ids, .. } = tile;
+        let (stride, plane, [_, top]) = (tile.stride(), tile.plane(), tile.origin());
+        let start = rows[0] * stride + self.x;
+        let keys = &mut tile.keys[tile.starts[0] + start..];
+        let ids = &mut tile.ids[tile.starts[1] + start..];
         let flag = if N == 1 { 0 } else { CENTRE_COVERED };
         let id = u32x8::splat(simd, triangle.id | flag);
-        let mut row_y = top + rows[0] as i32 as f64;
-        for row in rows[0]..rows[1] {
+        let mut row_y = f64::from(top + rows[0] as i32);
+        for row in 0..rows[1] - rows[0] {
             for sample in 0..N {
                 let y = row_y + f64::from(self.offsets[sample][1]) * (1.0 / 16.0);
                 let in_row = depth.depth + depth.ddy * (y - depth.origin[1]);
                 let [near, far] = self.depths[sample];
                 let key: i32x8<S> = ((near + in_row).narrow(far + in_row) + 0.0).bitcast();
-                let start = sample * plane + row * stride + self.x;
-                key.store_slice(eight(keys, keys_start + start));
-                id.store_slice(eight(ids, ids_start + start));
+                let at = sample * plane + row * stride;
+                key.store_slice(eight(&mut keys[at..]));
+                id.store_slice(eight(&mut ids[at..]));
             }
             row_y += 1.0;
         }
         (8 * N * (rows[1] - rows[0])) as u32
+    }
+}
+
+/// Eight neighbouring pixels, row after row.
+struct Pixels<S: Simd> {
+    /// Edge values at their centres.
+    values: [i32x8<S>; 3],
+    /// Of the triangle, with [`CENTRE_COVERED`] where that is said.
+    id: u32x8<S>,
+    /// Column of the first in the picture.
+    left: i32,
+    /// Row in the picture.
+    y: f64,
+    /// How many samples were won, by lane.
+    written: i32x8<S>,
+}
+
+impl<S: Simd> Pixels<S> {
+    /// To the row below.
+    #[inline(always)]
+    fn step<const PARTLY: bool>(&mut self, TileTriangle { down, .. }: &TileTriangle) {
+        if PARTLY {
+            let [a, b, c] = self.values;
+            self.values = [a + down[0], b + down[1], c + down[2]];
+        }
+        self.y += 1.0;
     }
 }
 
@@ -420,10 +493,10 @@ fn clamp<S: Simd>(depth: f64x4<S>, low: f64x4<S>, high: f64x4<S>) -> f64x4<S> {
     depth.max(low).min(high)
 }
 
-/// Eight values from `start` on.
+/// The first eight values.
 #[inline(always)]
-fn eight<T>(list: &mut [T], start: usize) -> &mut [T; 8] {
-    list[start..].first_chunk_mut().expect("rows have a margin of eight")
+fn eight<T>(list: &mut [T]) -> &mut [T; 8] {
+    list.first_chunk_mut().expect("rows have a margin of eight")
 }
 
 /// Draws a screen triangle sample by sample, in 64-bit integers: for triangles that do not fit the

@@ -10,10 +10,10 @@ use crate::samples::Offset;
 use crate::tile::{CENTRE_COVERED, TileBuffer, TileRect};
 
 /// Boxes of at most this many pixels along each axis are drawn here.
-pub(crate) const SMALL: i32 = 4;
+pub(crate) const SMALL: i32 = 6;
 
 /// Eight triangles in a tile; those that are not to be drawn may hold anything.
-pub(crate) struct Small<S: Simd> {
+pub(crate) struct Small<'s, S: Simd> {
     /// First pixel of the box, in the tile, and how many there are.
     pub x: i32x8<S>,
     pub y: i32x8<S>,
@@ -25,12 +25,12 @@ pub(crate) struct Small<S: Simd> {
     pub left: [i32x8<S>; 3],
     pub down: [i32x8<S>; 3],
     /// Twice the area, square units.
-    pub area: [i32; 8],
+    pub area: i32x8<S>,
     /// The first corner, units.
     pub corner: [i32x8<S>; 2],
     /// Reversed depth of the corners, clockwise.
-    pub depth: [[f64; 8]; 3],
-    pub id: [u32; 8],
+    pub depth: &'s [[f64; 8]; 3],
+    pub id: &'s [u32; 8],
 }
 
 /// Planes of depth of four triangles, as [`TileDepth`](crate::fill::TileDepth).
@@ -55,7 +55,7 @@ impl<S: Simd> Depth4<S> {
     }
 }
 
-impl<S: Simd> Small<S> {
+impl<S: Simd> Small<'_, S> {
     /// Draws the triangles of `lanes`, a bit each. Returns how many samples were won.
     #[inline(always)]
     pub fn fill<const N: usize>(
@@ -175,9 +175,13 @@ impl<S: Simd> Small<S> {
         let dy2 = (f32x8::float_from(self.down[2]) * unit).widen();
         let x = f32x8::float_from(self.corner[0]).widen();
         let y = f32x8::float_from(self.corner[1]).widen();
+        // Any i32, in two parts of fewer bits: boxes are small, but what they are cut from need not be.
+        let high = f32x8::float_from(self.area >> 12).widen();
+        let low = f32x8::float_from(self.area & 0xfff).widen();
+        let area = (high.0 * 4096.0 + low.0, high.1 * 4096.0 + low.1);
         [
-            self.plane(simd, 0, [dx1.0, dx2.0], [dy1.0, dy2.0], [x.0, y.0]),
-            self.plane(simd, 4, [dx1.1, dx2.1], [dy1.1, dy2.1], [x.1, y.1]),
+            self.plane(simd, 0, area.0, [dx1.0, dx2.0], [dy1.0, dy2.0], [x.0, y.0]),
+            self.plane(simd, 4, area.1, [dx1.1, dx2.1], [dy1.1, dy2.1], [x.1, y.1]),
         ]
     }
 
@@ -187,17 +191,12 @@ impl<S: Simd> Small<S> {
         &self,
         simd: S,
         first: usize,
+        area: f64x4<S>,
         [dx1, dx2]: [f64x4<S>; 2],
         [dy1, dy2]: [f64x4<S>; 2],
         [x, y]: [f64x4<S>; 2],
     ) -> Depth4<S> {
-        let area = [
-            f64::from(self.area[first]),
-            f64::from(self.area[first + 1]),
-            f64::from(self.area[first + 2]),
-            f64::from(self.area[first + 3]),
-        ];
-        let inverse_area = f64x4::splat(simd, 1.0) / f64x4::simd_from(simd, area);
+        let inverse_area = f64x4::splat(simd, 1.0) / area;
         let a = f64x4::from_slice(simd, &self.depth[0][first..first + 4]);
         let b = f64x4::from_slice(simd, &self.depth[1][first..first + 4]);
         let c = f64x4::from_slice(simd, &self.depth[2][first..first + 4]);

@@ -57,8 +57,8 @@ struct Block {
     farthest: i32,
     /// No key is nearer than this.
     nearest: i32,
-    /// Written to since `farthest` was found.
-    is_stale: bool,
+    /// How often it was written to since `farthest` was found.
+    n_stale: u32,
     /// Written to since the tile began.
     is_touched: bool,
 }
@@ -87,9 +87,11 @@ impl TileBuffer {
         } else {
             let n = samples.count() * self.plane();
             self.keys.clear();
-            self.keys.resize(n + LINE, 0);
+            // Beyond the last row, what a row from its last column on reaches into.
+            let n = n + self.stride() + LINE;
+            self.keys.resize(n, 0);
             self.ids.clear();
-            self.ids.resize(n + LINE, NO_TRIANGLE);
+            self.ids.resize(n, NO_TRIANGLE);
             let start = |offset: usize| offset.min(LINE); // no promise is given that it is known
             self.starts = [
                 start(self.keys.as_ptr().align_offset(4 * LINE)),
@@ -181,7 +183,8 @@ impl TileBuffer {
             for column in rect.x[0] / BLOCK..rect.x[1].div_ceil(BLOCK).min(per_row) {
                 let block = &mut self.blocks[row * per_row + column];
                 block.nearest = block.nearest.max(nearest);
-                (block.is_stale, block.is_touched) = (true, true);
+                block.n_stale += 1;
+                block.is_touched = true;
             }
         }
     }
@@ -213,14 +216,8 @@ impl TileBuffer {
         if self.farthest_of_all > key {
             return true;
         }
-        let per_row = self.side / BLOCK;
-        for row in rect.y[0] / BLOCK..rect.y[1].div_ceil(BLOCK) {
-            for column in rect.x[0] / BLOCK..rect.x[1].div_ceil(BLOCK) {
-                let block = row * per_row + column;
-                if self.blocks[block].farthest <= key && self.farthest_of(simd, block) <= key {
-                    return false;
-                }
-            }
+        if !self.blocks_hide::<_, 1>(simd, rect, key) {
+            return false;
         }
         // The more is hidden, the more it pays to find that out at once.
         self.n_hidden += 1;
@@ -235,6 +232,30 @@ impl TileBuffer {
         true
     }
 
+    /// Whether everything in the blocks that `rect` reaches is nearer than `key`. Blocks that were
+    /// written to less than `STALE` times since are asked for what was their farthest then.
+    #[inline(always)]
+    pub(crate) fn blocks_hide<S: Simd, const STALE: u32>(
+        &mut self,
+        simd: S,
+        rect: TileRect,
+        key: i32,
+    ) -> bool {
+        let per_row = self.side / BLOCK;
+        for row in rect.y[0] / BLOCK..rect.y[1].div_ceil(BLOCK) {
+            for column in rect.x[0] / BLOCK..rect.x[1].div_ceil(BLOCK) {
+                let block = row * per_row + column;
+                let known = &self.blocks[block];
+                if known.farthest <= key
+                    && (known.n_stale < STALE || self.farthest_of(simd, block) <= key)
+                {
+                    return false;
+                }
+            }
+        }
+        true
+    }
+
     /// Whether everything in a block is nearer than `key`.
     #[inline(always)]
     pub(crate) fn block_hides<S: Simd>(&mut self, simd: S, block: usize, key: i32) -> bool {
@@ -244,7 +265,7 @@ impl TileBuffer {
     /// A key that none of a block is farther than.
     #[inline(always)]
     fn farthest_of<S: Simd>(&mut self, simd: S, block: usize) -> i32 {
-        if self.blocks[block].is_stale {
+        if self.blocks[block].n_stale > 0 {
             let per_row = self.side / BLOCK;
             let corner = block / per_row * BLOCK * self.stride() + block % per_row * BLOCK;
             let mut least = i32x8::splat(simd, i32::MAX);
@@ -256,7 +277,7 @@ impl TileBuffer {
                 }
             }
             let block = &mut self.blocks[block];
-            (block.farthest, block.is_stale) = (least.reduce_min(), false);
+            (block.farthest, block.n_stale) = (least.reduce_min(), 0);
         }
         self.blocks[block].farthest
     }

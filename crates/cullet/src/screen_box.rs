@@ -8,6 +8,7 @@
 use cullet_cull::Aabb;
 use cullet_raster::{Precision, Samples, Transforms};
 use cullet_transform::Viewport;
+use fearless_simd::{Level, Simd, dispatch, f64x4, prelude::*};
 use glam::DMat4;
 
 /// Pixels `x[0]..x[1]`, `y[0]..y[1]` of the picture, and the nearest key in them.
@@ -32,79 +33,120 @@ impl ScreenBox {
     }
 
     /// Bounds of a finite box; everywhere where it reaches behind the eye.
-    pub fn of(
-        bounds: &Aabb,
-        clip_from_model: &DMat4,
-        viewport: Viewport,
-        samples: Samples,
-        precision: Precision,
-    ) -> Self {
-        let ulp = match precision.transforms {
-            Transforms::F64 => 16.0 * f64::EPSILON,
-            Transforms::F32 => 16.0 * f64::from(f32::EPSILON),
-        };
-        let [x, y, z, w] = [0, 1, 2, 3].map(|row| Row::new(clip_from_model, row, bounds, ulp));
-        let nearest_w = w.values.iter().fold(f64::INFINITY, |least, w| least.min(*w)) - w.error;
+    pub fn of(bounds: &Aabb, clip_from_model: &DMat4, lens: &Lens) -> Self {
+        dispatch!(lens.simd, simd => ScreenBox::of_wide(simd, bounds, clip_from_model, lens))
+    }
+
+    #[inline(always)]
+    fn of_wide<S: Simd>(simd: S, bounds: &Aabb, clip_from_model: &DMat4, lens: &Lens) -> Self {
+        let Lens { viewport, precision, .. } = *lens;
+        let ulp = lens.ulp();
+        let w = Row::new(simd, clip_from_model, 3, bounds, ulp);
+        let nearest_w = range(simd, w.values)[0] - w.error;
         if !(nearest_w > 0.0 && nearest_w.is_finite()) {
             return ScreenBox::everywhere(viewport, precision);
         }
-        let reach = f64::from(samples.reach()) / 16.0;
-        let across = |row: &Row, side: u32, sign: f64| -> Option<[i32; 2]> {
-            let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-            for (value, w) in row.values.iter().zip(&w.values) {
-                let ndc = sign * value / w;
-                (low, high) = (low.min(ndc), high.max(ndc));
-            }
-            let largest = low.abs().max(high.abs());
-            let error = (row.error + largest * w.error) / nearest_w + largest * ulp;
-            let side = f64::from(side);
-            // A snap moves a corner by up to half a unit of the grid.
-            let margin = 0.5 * side * (error + ulp) + 1.0 / precision.subpixel_bits.units();
-            let px = |ndc: f64| (0.5 + 0.5 * ndc) * side;
-            let first = (px(low) - margin - 0.5 - reach).ceil().max(0.0);
-            let last = (px(high) + margin - 0.5 + reach).floor().min(side - 1.0);
-            let finite = first.is_finite() && last.is_finite();
-            finite.then(|| [first.min(side) as i32, (last + 1.0).max(0.0) as i32])
-        };
-        let (Some(x), Some(y)) =
-            (across(&x, viewport.width(), 1.0), across(&y, viewport.height(), -1.0))
-        else {
+        let one = f64x4::splat(simd, 1.0);
+        let over_w = [one / w.values[0], one / w.values[1]];
+        let [x, y, z] = [
+            Row::new(simd, clip_from_model, 0, bounds, ulp),
+            Row::new(simd, clip_from_model, 1, bounds, ulp),
+            Row::new(simd, clip_from_model, 2, bounds, ulp),
+        ];
+        // What is off by no more than `error` before the division, is off by this after it.
+        let error =
+            |error: f64, largest: f64| (error + largest * w.error) / nearest_w + largest * ulp;
+        let [left, right] = range(simd, [x.values[0] * over_w[0], x.values[1] * over_w[1]]);
+        let [below, above] = range(simd, [y.values[0] * over_w[0], y.values[1] * over_w[1]]);
+        let x_error = error(x.error, left.abs().max(right.abs()));
+        let y_error = error(y.error, below.abs().max(above.abs()));
+        let (Some(columns), Some(rows)) = (
+            lens.pixels([left, right], x_error, viewport.width()),
+            lens.pixels([-above, -below], y_error, viewport.height()),
+        ) else {
             return ScreenBox::everywhere(viewport, precision);
         };
         // z / w over the box: both are linear, so the corners have the extremes.
-        let mut nearest = 0.0_f64;
-        for (z, w) in z.values.iter().zip(&w.values) {
-            nearest = nearest.max(z / w);
+        let [_, nearest] = range(simd, [z.values[0] * over_w[0], z.values[1] * over_w[1]]);
+        let nearest = nearest.max(0.0);
+        let nearest = nearest + error(z.error, nearest);
+        let nearest = (nearest.clamp(0.0, 1.0) as f32).next_up().min(1.0);
+        ScreenBox { x: columns, y: rows, nearest: precision.depth.key(nearest.into()) }
+    }
+}
+
+/// What the picture of a box depends on, beside the box and where it is.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Lens {
+    pub viewport: Viewport,
+    pub samples: Samples,
+    pub precision: Precision,
+    pub simd: Level,
+}
+
+impl Lens {
+    /// More than the relative rounding of a few operations.
+    fn ulp(&self) -> f64 {
+        match self.precision.transforms {
+            Transforms::F64 => 16.0 * f64::EPSILON,
+            Transforms::F32 => 16.0 * f64::from(f32::EPSILON),
         }
-        let error = (z.error + nearest * w.error) / nearest_w + nearest * ulp;
-        let nearest = ((nearest + error).clamp(0.0, 1.0) as f32).next_up().min(1.0);
-        ScreenBox { x, y, nearest: precision.depth.key(nearest.into()) }
+    }
+
+    /// Pixels along an axis, `side` long, whose samples may lie between two places, -1 and 1 at the
+    /// borders of the picture, each off by up to `error`. `None` where that is not finite.
+    #[inline(always)]
+    fn pixels(&self, [low, high]: [f64; 2], error: f64, side: u32) -> Option<[i32; 2]> {
+        let reach = f64::from(self.samples.reach()) / 16.0;
+        let side = f64::from(side);
+        // A snap moves a corner by up to half a unit of the grid.
+        let margin = 0.5 * side * (error + self.ulp()) + 1.0 / self.precision.subpixel_bits.units();
+        let px = |ndc: f64| (0.5 + 0.5 * ndc) * side;
+        let first = (px(low) - margin - 0.5 - reach).ceil().max(0.0);
+        let last = (px(high) + margin - 0.5 + reach).floor().min(side - 1.0);
+        let finite = first.is_finite() && last.is_finite();
+        finite.then(|| [first.min(side) as i32, (last + 1.0).max(0.0) as i32])
     }
 }
 
 /// One clip coordinate of the eight corners.
-struct Row {
-    values: [f64; 8],
+struct Row<S: Simd> {
+    values: [f64x4<S>; 2],
     /// No value, nor that of any point of the box, is farther off by rounding.
     error: f64,
 }
 
-impl Row {
+impl<S: Simd> Row<S> {
     /// `ulp` is more than the relative rounding of a few operations.
-    fn new(clip_from_model: &DMat4, row: usize, bounds: &Aabb, ulp: f64) -> Self {
+    #[inline(always)]
+    fn new(simd: S, clip_from_model: &DMat4, row: usize, bounds: &Aabb, ulp: f64) -> Self {
         let m = clip_from_model.row(row);
         let [min, max] = [bounds.min, bounds.max];
-        let x = [m.x * min.x, m.x * max.x];
-        let y = [m.y * min.y, m.y * max.y];
-        let z = [m.z * min.z, m.z * max.z];
-        let mut values = [0.0; 8];
-        for (i, value) in values.iter_mut().enumerate() {
-            *value = x[i & 1] + y[i >> 1 & 1] + z[i >> 2] + m.w;
-        }
-        let size = |pair: [f64; 2]| pair[0].abs().max(pair[1].abs());
-        let error = (size(x) + size(y) + size(z) + m.w.abs()) * ulp;
-        Row { values, error }
+        let [x, other_x] = [m.x * min.x, m.x * max.x];
+        let [y, other_y] = [m.y * min.y, m.y * max.y];
+        let [z, other_z] = [m.z * min.z, m.z * max.z];
+        let in_plane = f64x4::simd_from(simd, [x, other_x, x, other_x])
+            + f64x4::simd_from(simd, [y, y, other_y, other_y]);
+        let size = |one: f64, other: f64| one.abs().max(other.abs());
+        let error = (size(x, other_x) + size(y, other_y) + size(z, other_z) + m.w.abs()) * ulp;
+        Row { values: [in_plane + z + m.w, in_plane + other_z + m.w], error }
     }
+}
+
+/// The least and the greatest of eight numbers; NaN is none.
+#[inline(always)]
+fn range<S: Simd>(simd: S, [a, b]: [f64x4<S>; 2]) -> [f64; 2] {
+    let (none, most) = (f64x4::splat(simd, f64::INFINITY), f64x4::splat(simd, f64::NEG_INFINITY));
+    let low = a.simd_lt(none).select(a, none);
+    let high = a.simd_gt(most).select(a, most);
+    let low: [f64; 4] = b.simd_lt(low).select(b, low).into();
+    let high: [f64; 4] = b.simd_gt(high).select(b, high).into();
+    let (mut least, mut greatest) = (low[0], high[0]);
+    for lane in 1..4 {
+        least = if low[lane] < least { low[lane] } else { least };
+        greatest = if high[lane] > greatest { high[lane] } else { greatest };
+    }
+    [least, greatest]
 }
 
 #[cfg(test)]
@@ -148,7 +190,9 @@ mod tests {
                 subpixel_bits: SubpixelBits::ALL[round / 4 % 4],
                 depth: DepthKind::ALL[round / 16 % 4],
             };
-            let shown = ScreenBox::of(&bounds, &clip_from_model, viewport, samples, precision);
+            let simd = [Level::new(), Level::fallback()][round % 2];
+            let lens = Lens { viewport, samples, precision, simd };
+            let shown = ScreenBox::of(&bounds, &clip_from_model, &lens);
             n_bounded += u32::from(shown != ScreenBox::everywhere(viewport, precision));
             for _ in 0..20 {
                 let t = vector() * 0.5 + 0.5;

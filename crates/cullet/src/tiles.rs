@@ -169,6 +169,7 @@ impl TileDrawer<'_> {
             facing: item.facing,
             first_id: item.first_triangle,
             precision: settings.precision(),
+            samples: self.samples,
         };
         let clusters = prepared.clusters(cluster.item_idx as usize);
         out.assemble(settings.simd, &clusters.geometry(cluster.cluster_idx as usize), &object);

@@ -7,7 +7,7 @@ use cullet_raster::Samples;
 use cullet_transform::{PlaneMask, View};
 
 use crate::schedule::for_each;
-use crate::screen_box::ScreenBox;
+use crate::screen_box::{Lens, ScreenBox};
 use crate::{CullTest, Prepared, Settings};
 
 /// Clusters tested by one job.
@@ -183,6 +183,12 @@ impl Tester<'_> {
         let relative_from_model = self.view.relative_from_model(&item.world_from_model);
         // A single cluster has the box that was tested already.
         let test = self.settings.cull != CullTest::None && clusters.len() > 1 && !asked.is_empty();
+        let lens = Lens {
+            viewport: self.view.viewport(),
+            samples: self.samples,
+            precision: self.settings.precision(),
+            simd: self.settings.simd,
+        };
         for cluster_idx in range {
             let cluster = &clusters[cluster_idx as usize];
             let planes = match test {
@@ -197,10 +203,7 @@ impl Tester<'_> {
                 job.n_triangles_culled += u64::from(cluster.n_triangles);
                 continue;
             };
-            let viewport = self.view.viewport();
-            let precision = self.settings.precision();
-            let shown =
-                ScreenBox::of(&cluster.bounds, &clip_from_model, viewport, self.samples, precision);
+            let shown = ScreenBox::of(&cluster.bounds, &clip_from_model, &lens);
             if shown.is_empty() {
                 job.counters.n_between_samples += 1;
                 job.n_triangles_culled += u64::from(cluster.n_triangles);
