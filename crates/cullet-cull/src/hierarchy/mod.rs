@@ -229,8 +229,8 @@ impl Hierarchy {
 
     /// The item that `ray` meets first, and the parameter where it does.
     ///
-    /// `hit` knows the items: it returns where the ray meets one, within its box, or `None`. Of
-    /// equally near items the one with the lowest number is it.
+    /// `hit` knows the items: it returns where the ray meets one, within its box, or `None`; NaN
+    /// is no hit either. Of equally near items the one with the lowest number is it.
     pub fn nearest(
         &self,
         ray: &Ray,
