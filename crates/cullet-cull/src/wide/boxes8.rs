@@ -9,6 +9,10 @@ use crate::{Aabb, Frustum, PlaneMask, planes_cutting};
 
 /// Boxes as a frustum likes them: f32, groups of eight, 24 bytes a box.
 ///
+/// All boxes are stored relative to one origin, the median of their centres, and grow by 2^-21 of
+/// their distance from it along each axis: boxes 10^8 units away from most are kept although they are
+/// 48 units beside the view. A list per place, or one relative to the eye, is precise in each.
+///
 /// A box with a NaN or an infinity, or too far from the others for f32 (2^100 times their
 /// extent), is kept beside and tested by [`planes_cutting`]; there should be few of those.
 #[derive(Clone, Debug)]

@@ -30,6 +30,13 @@ impl Box32 {
         })
     }
 
+    /// Whether it reaches so far out that f32 is noticeably coarse there: a thousand times what
+    /// half of all boxes keep to, if the space is theirs. False for an absent box.
+    pub fn is_far(&self) -> bool {
+        const FAR: f32 = 1024.0;
+        self.min.iter().chain(&self.max).any(|x| x.abs() > FAR)
+    }
+
     /// One of the bounds.
     #[inline(always)]
     pub fn at(&self, row: Row) -> f32 {
