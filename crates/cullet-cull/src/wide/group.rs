@@ -51,9 +51,13 @@ impl Box32 {
     }
 
     /// Half the area of the six faces, stored units; 0 for an empty box.
+    ///
+    /// In f64, which holds the square of every f32: one box of 10^20 units would make all areas around
+    /// it infinite and all splits equally bad.
     #[inline]
-    pub fn half_area(&self) -> f32 {
-        let [x, y, z] = core::array::from_fn(|i| (self.max[i] - self.min[i]).max(0.0));
+    pub fn half_area(&self) -> f64 {
+        let [x, y, z] =
+            core::array::from_fn(|i| (f64::from(self.max[i]) - f64::from(self.min[i])).max(0.0));
         x * y + y * z + z * x
     }
 
@@ -161,5 +165,7 @@ mod tests {
         let a = Box32 { min: [0.0; 3], max: [1.0, 2.0, 3.0] };
         assert_eq!(a.half_area(), 11.0);
         assert_eq!(Box32::EMPTY.half_area(), 0.0);
+        let b = Box32 { min: [-1e30; 3], max: [1e30, 1e30, 0.0] };
+        assert!((b.half_area() / 8e60 - 1.0).abs() < 1e-6);
     }
 }
