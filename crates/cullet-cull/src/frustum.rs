@@ -37,18 +37,17 @@ use crate::rounding::ROUNDING;
 use crate::{Aabb, Plane};
 
 /// The view volume of a camera; a closed set.
+///
+/// What it is made of can be read but not changed: planes, corners, bounds and the room for their
+/// rounding belong together, and no test could promise anything otherwise.
 #[derive(Clone, Copy, Debug)]
 pub struct Frustum {
     /// Where planes and corners count from, in the space of the boxes.
-    pub origin: DVec3,
-    /// Inward unit normals, in the order of `PlaneMask`: left, right, bottom, top, near, far.
-    /// An infinite far plane has normal zero and offset `+inf`: everything is inside.
-    pub planes: [Plane; 6],
-    /// Rounded; points (`w = 1`), or with infinite far the last four are directions
-    /// (`w = 0`, length of one unit of view depth): the corner in the limit along that direction.
-    /// Where an oblique matrix tips the far plane over the horizon, or a matrix without inverse has
-    /// no end, there are corners with `w = -1`: no points of the volume, which is open there.
-    pub corners: [DVec4; 8],
+    pub(crate) origin: DVec3,
+    /// See [`Frustum::planes`]. All below is derived together with these.
+    pub(crate) planes: [Plane; 6],
+    /// See [`Frustum::corners`].
+    pub(crate) corners: [DVec4; 8],
     /// Per plane, the sizes of what its coefficients were summed from.
     pub(crate) terms: [Plane; 6],
     /// How far corners move with the planes; `None` where they are found anew instead.
@@ -172,6 +171,28 @@ impl Frustum {
             None => moved.bounds_of_rows(),
         };
         Frustum { bounds, ..moved }
+    }
+
+    /// Where planes and corners count from, in the space of the boxes, scene units: the eye, or zero
+    /// for a matrix.
+    pub fn origin(&self) -> DVec3 {
+        self.origin
+    }
+
+    /// Inward unit normals, counted from [`Frustum::origin`], in the order of `PlaneMask`: left,
+    /// right, bottom, top, near, far. An infinite far plane has normal zero and offset `+inf`:
+    /// everything is inside.
+    pub fn planes(&self) -> &[Plane; 6] {
+        &self.planes
+    }
+
+    /// The corners, counted from [`Frustum::origin`], rounded: points (`w = 1`), or with infinite far
+    /// the last four are directions (`w = 0`, length of one unit of view depth): the corner in the
+    /// limit along that direction. Where an oblique matrix tips the far plane over the horizon, or a
+    /// matrix without inverse has no end, there are corners with `w = -1`: no points of the volume,
+    /// which is open there.
+    pub fn corners(&self) -> &[DVec4; 8] {
+        &self.corners
     }
 
     /// Whether there is a far plane at a finite distance.

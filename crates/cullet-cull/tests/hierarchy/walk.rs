@@ -162,7 +162,7 @@ fn near_comes_before_far() {
     let boxes = random_boxes(&mut Random(15), 3000, 100.0, 1.0);
     let tree = Hierarchy::build(&boxes);
     for frustum in cameras(&mut Random(16), &boxes, 10) {
-        let along = |id: u32| frustum.planes[4].normal.dot(boxes[id as usize].center());
+        let along = |id: u32| frustum.planes()[4].normal.dot(boxes[id as usize].center());
         let order = |near: bool| {
             let mut depths = vec![];
             let visit = |ids: &[u32], _| depths.extend(ids.iter().map(|id| along(*id)));

@@ -92,8 +92,8 @@ fn knife_edges_are_never_lost() {
             let index = random.below(5);
             let pick = |random: &mut Random| random.within(-1.0, 1.0) * extent;
             let p = DVec3::from_array(std::array::from_fn(|_| pick(&mut random)));
-            let plane = frustum.planes[index];
-            let distance = plane.distance(p - frustum.origin);
+            let plane = frustum.planes()[index];
+            let distance = plane.distance(p - frustum.origin());
             let off = random.within(-1.0, 1.0) * 4e-7 * extent;
             let corner = p - plane.normal * (distance - off);
             let size = DVec3::from_array(std::array::from_fn(|_| random.unit())) * extent * 0.1;

@@ -195,7 +195,7 @@ fn maps(measured: &Measured) -> String {
         eye: shot.camera.is_some(),
     };
     let forward =
-        shot.camera.map_or(shot.frustum.planes[Plane::Near.index()].normal, |c| -c.back());
+        shot.camera.map_or(shot.frustum.planes()[Plane::Near.index()].normal, |c| -c.back());
     let (mut keys, mut switches, mut rules) = (String::new(), String::new(), String::new());
     let figures = &measured.shown[measured.focus].figures;
     for (i, (fate, n)) in
