@@ -56,6 +56,27 @@ use crate::wide::{Level, Space, Stored};
 use crate::{Aabb, Frustum, PlaneMask, Ray, Sphere};
 
 /// Boxes in a tree, known by number.
+///
+/// ```
+/// use cullet_cull::wide::Level;
+/// use cullet_cull::{Aabb, Frustum, Hierarchy};
+/// # use cullet_transform::{Camera, Projection};
+/// # use glam::DVec3;
+/// # let lens = Projection::Perspective { yfov: 1.0, near: 0.1, far: 100.0 };
+/// # let camera = Camera::look_at(DVec3::ZERO, DVec3::NEG_Z, DVec3::Y, lens)?;
+/// let cube = |z: f64| Aabb { min: DVec3::new(0.0, 0.0, z), max: DVec3::new(1.0, 1.0, z + 1.0) };
+/// let mut boxes: Vec<Aabb> = (0..1000).map(|i| cube(f64::from(i))).collect();
+/// let mut tree = Hierarchy::build(&boxes);
+/// let frustum = Frustum::from_camera(&camera, 1.0);
+/// let level = Level::new(); // once per process
+/// assert!(tree.visible(&frustum, level).is_empty()); // all is behind the eye
+/// boxes[7] = cube(-20.0);
+/// tree.refit(&boxes);
+/// tree.walk(&frustum, level, |ids, cutting| {
+///     assert!(ids == [7] && cutting.is_empty()); // wholly inside: nothing to clip
+/// });
+/// # Ok::<(), cullet_transform::CameraError>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Hierarchy {
     tree: Tree,
@@ -71,6 +92,9 @@ impl Hierarchy {
     }
 
     /// The same tree, built by as many threads as `join` cares to use.
+    ///
+    /// # Panics
+    /// With more than 2^32 - 16 boxes.
     pub fn build_with(boxes: &[Aabb], join: &Join<'_>) -> Hierarchy {
         assert!(boxes.len() <= u32::MAX as usize - 15, "items are numbered in 32 bits");
         let space = Space::around(boxes);
@@ -270,6 +294,9 @@ impl Hierarchy {
     /// the [origin](self#one-origin) moves to the median of a sample, if that suits most of them,
     /// and all join the tree. So the first insertions do not decide where it is precise; but boxes
     /// that were stored when it was precise elsewhere stay as large as they were stored.
+    ///
+    /// # Panics
+    /// With an `id` of 2^32 - 16 or more.
     pub fn insert(&mut self, id: u32, bounds: &Aabb) {
         assert!(id < u32::MAX - 15, "items are numbered in 32 bits");
         self.tree.remove(id);
