@@ -18,14 +18,6 @@
 //!
 //! Boxes with a NaN or an infinity are kept beside the tree and tested one by one; empty boxes
 //! are remembered and never visible.
-//!
-//! # One origin
-//!
-//! All boxes of a tree are stored relative to one origin, the median of their centres, and grow by
-//! 2^-21 of their distance from it along each axis, plus a rounding (see
-//! [`wide`](crate::wide#why-f32-can-be-trusted)). That is nothing for a world in one place. Of two
-//! places 10^8 units apart it is 48 units for all boxes of the smaller one: nothing is lost there, but
-//! much is kept that the camera does not see. Such a world wants a tree for each place.
 
 mod build;
 mod check;
@@ -77,6 +69,14 @@ use crate::{Aabb, Frustum, PlaneMask, Ray, Sphere};
 /// });
 /// # Ok::<(), cullet_transform::CameraError>(())
 /// ```
+///
+/// # One origin
+///
+/// All boxes of a tree are stored relative to one origin, the median of their centres, and grow by
+/// 2^-21 of their distance from it along each axis, plus a rounding (see
+/// [`wide`](crate::wide#why-f32-can-be-trusted)). That is nothing for a world in one place. Of two
+/// places 10^8 units apart it is 48 units for all boxes of the smaller one: nothing is lost there, but
+/// much is kept that the camera does not see. Such a world wants a tree for each place.
 #[derive(Clone, Debug)]
 pub struct Hierarchy {
     tree: Tree,
@@ -154,7 +154,7 @@ impl Hierarchy {
     /// The answer is that of [`Boxes8::cutting_into`](crate::wide::Boxes8::cutting_into): all that
     /// [`planes_cutting`](crate::planes_cutting) keeps, and what lies within the rounding of f32
     /// beside it: 16 units of 2^-24 of the sizes of the terms, and these count from the
-    /// [origin](self#one-origin) of the tree, not from the eye. Boxes far from where most are
+    /// [origin](Hierarchy#one-origin) of the tree, not from the eye. Boxes far from where most are
     /// look larger than they are.
     pub fn walk(
         &self,
@@ -278,7 +278,7 @@ impl Hierarchy {
     /// beyond the slice stay.
     ///
     /// The tree keeps its shape, so the farther things move the worse it gets; compare
-    /// [`Quality::cost`] and build anew when it has grown by half. The [origin](self#one-origin)
+    /// [`Quality::cost`] and build anew when it has grown by half. The [origin](Hierarchy#one-origin)
     /// follows, once the median of a sample has moved by a multiple of what half of the boxes keep to;
     /// items beyond the slice are then stored anew from what was stored of them, a little larger.
     pub fn refit(&mut self, boxes: &[Aabb]) {
@@ -291,7 +291,7 @@ impl Hierarchy {
     ///
     /// What is inserted more than a thousand times as far out as half of the boxes at the time is
     /// tested by itself at first, in f64. When an eighth of the tree waits like this, or 1024 items,
-    /// the [origin](self#one-origin) moves to the median of a sample, if that suits most of them,
+    /// the [origin](Hierarchy#one-origin) moves to the median of a sample, if that suits most of them,
     /// and all join the tree. So the first insertions do not decide where it is precise; but boxes
     /// that were stored when it was precise elsewhere stay as large as they were stored.
     ///
