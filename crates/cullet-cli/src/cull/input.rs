@@ -133,7 +133,7 @@ fn shots(
         _ => camera,
     };
     let cameras = match args.path {
-        Some(CameraPath::Orbit { n, distance }) => orbit(&camera, &bounds(), n, distance),
+        Some(CameraPath::Orbit { n, distance }) => orbit(&camera, path::middle(boxes), n, distance),
         Some(CameraPath::Dolly { n }) => dolly(&camera, &bounds(), n),
         _ => vec![camera],
     };

@@ -58,8 +58,8 @@ pub struct CullArgs {
     /// "depth":"zero-to-one"|"minus-one-to-one"|"reversed"}
     #[arg(long, value_name = "FILE.json", conflicts_with_all = ["camera", "camera_path"])]
     clip_from_world: Option<PathBuf>,
-    /// Many cameras: `orbit:N[:DISTANCE]` turns --camera around the vertical line through the
-    /// middle of everything (DISTANCE times as far from it, default 1); `dolly[:N]` moves it
+    /// Many cameras: `orbit:N[:DISTANCE]` turns --camera around the vertical line through the median
+    /// of the boxes' centres (DISTANCE times as far from it, default 1); `dolly[:N]` moves it
     /// straight on through everything (N: 32); a file holds a list of cameras. An `auto` camera
     /// gets a near plane that does not cut things away when it comes close
     #[arg(id = "camera_path", long = "path", value_name = "orbit:N|dolly|FILE.json")]

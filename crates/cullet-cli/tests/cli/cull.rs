@@ -276,6 +276,23 @@ fn the_page_needs_nothing_else() {
 }
 
 #[test]
+fn an_orbit_begins_with_the_camera_whatever_the_boxes() {
+    let folder = folder();
+    let odd = r#"{"min":["-1e30",0,0],"max":["3e29",1,1]}"#;
+    folder.write("odd.jsonl", format!("{BOXES}{odd}\n{odd}\n"));
+    let boxes = "cull --boxes odd.jsonl --f64 --camera camera.json --repeat 1 --verdicts";
+    folder.ok(&format!("{boxes} one.jsonl"));
+    folder.ok(&format!("{boxes} orbit.jsonl --path orbit:4"));
+    let [one, orbit] = ["one.jsonl", "orbit.jsonl"]
+        .map(|name| lines(&String::from_utf8(folder.read(name)).unwrap()));
+    for (mut a, b) in orbit.into_iter().zip(one) {
+        assert_eq!(a["camera"].take(), 0);
+        a.as_object_mut().unwrap().remove("camera");
+        assert_eq!(a, b);
+    }
+}
+
+#[test]
 fn faulty_input_is_named() {
     let folder = folder();
     folder.fails(2, "give --camera", "cull --boxes boxes.jsonl");
