@@ -293,6 +293,19 @@ fn an_orbit_begins_with_the_camera_whatever_the_boxes() {
 }
 
 #[test]
+fn one_odd_box_does_not_stretch_the_charts() {
+    let folder = folder();
+    let cube = |at: usize| format!("{{\"min\":[{at},0,0],\"max\":[{at}.75,1,1]}}\n");
+    let boxes: String = (0..4020).map(cube).collect();
+    folder.write("many.jsonl", boxes + r#"{"min":[0,0,0],"max":["1e-44",0,0]}"#);
+    folder.ok("cull --boxes many.jsonl --camera camera.json --repeat 1 --html many.html");
+    let page = String::from_utf8(folder.read("many.html")).unwrap();
+    assert!(page.contains("Left out:</b> at both ends, sizes that fewer than"), "sizes");
+    assert!(page.contains("<p class='sub'>One camera, "), "{}", &page[..page.len().min(9000)]);
+    assert!(page.contains("One box in 2 is drawn, of 4021."));
+}
+
+#[test]
 fn faulty_input_is_named() {
     let folder = folder();
     folder.fails(2, "give --camera", "cull --boxes boxes.jsonl");
