@@ -44,8 +44,9 @@ pub struct CullArgs {
     // Not `Option<Source>`: an optional group with a group inside counts as never given.
     #[command(flatten)]
     limits: Limits,
-    /// Test these boxes instead of a scene: one {"min":[x,y,z],"max":[x,y,z]} per line
-    #[arg(long, value_name = "FILE.jsonl", conflicts_with = "scene")]
+    /// Test these boxes instead of a scene: one {"min":[x,y,z],"max":[x,y,z]} per line; `-` reads
+    /// them from standard input
+    #[arg(long, value_name = "FILE.jsonl|-", conflicts_with = "scene")]
     boxes: Option<PathBuf>,
     /// Keep the boxes of the file in f64; without it they are read as f32
     #[arg(long, requires = "boxes")]

@@ -14,7 +14,10 @@ use super::waste::Waste;
 /// Everything about a set of boxes.
 pub fn all(measured: &Measured) -> String {
     let sum = &measured.sum;
-    let mut text = format!("{} boxes", measured.input.boxes.len());
+    let mut text = match measured.input.boxes.len() {
+        1 => "1 box".to_owned(),
+        n => format!("{n} boxes"),
+    };
     match measured.shown.len() {
         1 => text += ", one camera",
         n => text += &format!(", {n} cameras (counts added up, times averaged)"),

@@ -306,6 +306,23 @@ fn one_odd_box_does_not_stretch_the_charts() {
 }
 
 #[test]
+fn boxes_may_come_from_standard_input() {
+    let folder = folder();
+    let rest = "--camera camera.json --repeat 1 --verdicts";
+    folder.ok(&format!("cull --boxes boxes.jsonl {rest} a.jsonl"));
+    let mut command = folder.command(&format!("cull --boxes - {rest} b.jsonl"));
+    command.stdin(std::fs::File::open(folder.path("boxes.jsonl")).unwrap());
+    assert!(command.output().unwrap().status.success());
+    assert_eq!(folder.read("a.jsonl"), folder.read("b.jsonl"));
+    let mut command = folder.command("cull --boxes - --camera camera.json");
+    command.stdin(std::fs::File::open(folder.path("camera.json")).unwrap());
+    let wrong = command.output().unwrap();
+    assert_eq!(wrong.status.code(), Some(3));
+    let words = String::from_utf8(wrong.stderr).unwrap();
+    assert!(words.contains("standard input: line 1"), "{words}");
+}
+
+#[test]
 fn faulty_input_is_named() {
     let folder = folder();
     folder.fails(2, "give --camera", "cull --boxes boxes.jsonl");

@@ -75,8 +75,9 @@ fn escape(text: &str) -> String {
 /// The whole page.
 pub fn page(args: &CullArgs, measured: Option<&Measured>, wastes: &[Waste]) -> String {
     let scene = args.scene.as_ref().or(args.boxes.as_ref());
-    let name = scene.map_or("generated boxes".into(), |path| {
-        path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
+    let name = scene.map_or("generated boxes".into(), |path| match path.to_str() {
+        Some("-") => "standard input".into(),
+        _ => path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned(),
     });
     let mut body = format!("<h1>Culling {}</h1>\n", escape(&name));
     match measured {
@@ -363,11 +364,6 @@ fn sizes(sum: &Figures) -> String {
     let Some((low, high)) = usual_sizes(&sum.sizes) else {
         return section("Waste by size of box", "No box here has a size.", "");
     };
-    let exact = TESTS.len() - 1;
-    let series = |label: &str, color, test: usize| Series {
-        label: label.into(),
-        color,
-        values: (low..=high)
     let n_boxes =
         |sizes: &mut dyn Iterator<Item = &SizeFigures>| sizes.map(|size| size.n_boxes).sum::<u64>();
     let n_all = n_boxes(&mut sum.sizes.values());
@@ -386,6 +382,11 @@ fn sizes(sum: &Figures) -> String {
                 let kept = sum.sizes.get(&i).map_or([0; TESTS.len()], |size| size.n_in);
                 match kept[test] {
                     0 => f64::NAN,
+    let exact = TESTS.len() - 1;
+    let series = |label: &str, color, test: usize| Series {
+        label: label.into(),
+        color,
+        values: (low..=high)
                     n => percent(n.saturating_sub(kept[exact]), n),
                 }
             })
