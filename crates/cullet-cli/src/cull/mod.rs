@@ -194,6 +194,9 @@ pub fn run(args: &CullArgs) -> Result<(), Failure> {
     let asked = if args.distributions.is_some() { &wastes[..] } else { &[] };
     let new = report::json(args, measured.as_ref(), asked);
     let compared = old.as_ref().map(|old| compare::table(&new, old)).unwrap_or_default();
+    if let Some(differ) = old.as_ref().and_then(|old| compare::other_inputs(&new, old)) {
+        note(differ);
+    }
     // Faulty conditions are wrong usage: nothing is written then (but verdicts that go elsewhere than to a file).
     let failed = failed(args, &new, old.as_ref())?;
 

@@ -323,6 +323,20 @@ fn boxes_may_come_from_standard_input() {
 }
 
 #[test]
+fn a_report_of_other_boxes_is_compared_with_a_warning() {
+    let folder = folder();
+    folder.write("other.jsonl", BOXES);
+    let cull = |boxes: &str, rest: &str| {
+        folder.ok(&format!("cull --boxes {boxes} --camera camera.json --repeat 1 {rest}")).stderr
+    };
+    cull("boxes.jsonl", "--json old.json");
+    assert_eq!(cull("boxes.jsonl", "--compare old.json"), "");
+    let warning = cull("other.jsonl", "--compare old.json --path dolly:2");
+    assert_eq!(warning.lines().count(), 1, "{warning}");
+    assert!(warning.contains("boxes `other.jsonl`, was `boxes.jsonl`; path `dolly:2`, was none"));
+}
+
+#[test]
 fn faulty_input_is_named() {
     let folder = folder();
     folder.fails(2, "give --camera", "cull --boxes boxes.jsonl");
