@@ -310,7 +310,11 @@ fn costs(sum: &Figures, simd: &str) -> String {
         (format!("p-vertex x8 {simd}"), sum.flat.ns),
         ("16-bit bounds first".to_owned(), sum.coarse.ns),
     ]);
+    let has_boxes = sum.fates.iter().any(|n| *n > 0);
     let bar = |(label, ns): (String, super::measure::Timing)| {
+        if !has_boxes {
+            return Bar { label, parts: vec![], note: "–".into() };
+        }
         let warm = ns.warm();
         let extra = ns.cold().map_or(0.0, |cold| (cold - warm).max(0.0));
         Bar {
@@ -378,15 +382,15 @@ fn sizes(sum: &Figures) -> String {
         ),
         _ => String::new(),
     };
-            .map(|i| {
-                let kept = sum.sizes.get(&i).map_or([0; TESTS.len()], |size| size.n_in);
-                match kept[test] {
-                    0 => f64::NAN,
     let exact = TESTS.len() - 1;
     let series = |label: &str, color, test: usize| Series {
         label: label.into(),
         color,
         values: (low..=high)
+            .map(|i| {
+                let kept = sum.sizes.get(&i).map_or([0; TESTS.len()], |size| size.n_in);
+                match kept[test] {
+                    0 => f64::NAN,
                     n => percent(n.saturating_sub(kept[exact]), n),
                 }
             })
