@@ -18,8 +18,8 @@ pub struct Planes([Vec4; 6]);
 impl Planes {
     /// The planes of `frustum`.
     pub fn new(frustum: &Frustum) -> Planes {
-        Planes(frustum.planes.map(|plane| {
-            let offset = plane.offset - plane.normal.dot(frustum.origin);
+        Planes(frustum.planes().map(|plane| {
+            let offset = plane.offset - plane.normal.dot(frustum.origin());
             plane.normal.as_vec3().extend(offset as f32)
         }))
     }

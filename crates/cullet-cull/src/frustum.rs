@@ -30,30 +30,29 @@ use cullet_transform::{Camera, Kind, Projection, Window};
 use glam::{DMat3, DVec3, DVec4};
 
 use crate::halfspace::{Halfspace, excludes, holds};
-use crate::implied::Row;
+use crate::implied::{self, Row};
 use crate::matrix::ExactRows;
 use crate::number::Interval;
 use crate::rounding::ROUNDING;
 use crate::{Aabb, Plane};
 
 /// The view volume of a camera; a closed set.
+///
+/// What it is made of can be read but not changed: planes, corners, bounds and the room for their
+/// rounding belong together, and no test could promise anything otherwise.
 #[derive(Clone, Copy, Debug)]
 pub struct Frustum {
     /// Where planes and corners count from, in the space of the boxes.
-    pub origin: DVec3,
-    /// Inward unit normals, in the order of `PlaneMask`: left, right, bottom, top, near, far.
-    /// An infinite far plane has normal zero and offset `+inf`: everything is inside.
-    pub planes: [Plane; 6],
-    /// Rounded; points (`w = 1`), or with infinite far the last four are directions
-    /// (`w = 0`, length of one unit of view depth): the corner in the limit along that direction.
-    /// Where an oblique matrix tips the far plane over the horizon, or a matrix without inverse has
-    /// no end, there are corners with `w = -1`: no points of the volume, which is open there.
-    pub corners: [DVec4; 8],
+    pub(crate) origin: DVec3,
+    /// See [`Frustum::planes`]. All below is derived together with these.
+    pub(crate) planes: [Plane; 6],
+    /// See [`Frustum::corners`].
+    pub(crate) corners: [DVec4; 8],
     /// Per plane, the sizes of what its coefficients were summed from.
     pub(crate) terms: [Plane; 6],
-    /// Per corner, likewise.
-    pub(crate) corner_terms: [DVec3; 8],
-    /// Around the corners, as far as the slack lets them move.
+    /// How far corners move with the planes; `None` where they are found anew instead.
+    pub(crate) sway: Option<Sway>,
+    /// Around all of the volume, as far as the slack lets planes move.
     pub(crate) bounds: Aabb,
     /// Relative allowance on each term, at least [`ROUNDING`].
     pub(crate) slack: f64,
@@ -104,31 +103,34 @@ impl Frustum {
             upright(-back, -window.near),
             if window.far.is_finite() { upright(back, window.far) } else { AT_INFINITY },
         ];
-        let corners_and_terms: [(DVec4, DVec3); 8] = core::array::from_fn(|i| {
+        let mut sway = Sway { corners: [DVec3::ZERO; 8], growth: 0.0 };
+        let corners: [DVec4; 8] = core::array::from_fn(|i| {
             let x = if i & 1 == 0 { window.left } else { window.right };
             let y = if i & 2 == 0 { window.bottom } else { window.top };
             let z = if i & 4 == 0 { window.near } else { window.far };
-            let (x_terms, y_terms) = (scale * x.abs(), scale * y.abs());
             let lateral = right * x + up * y;
-            let lateral_terms = nonzero(right) * x_terms + nonzero(up) * y_terms;
+            let (x_terms, y_terms) = (scale * x.abs(), scale * y.abs());
             match window.kind {
-                _ if z.is_infinite() => {
-                    ((lateral - back).extend(0.0), lateral_terms + nonzero(back))
-                }
                 Kind::Perspective => {
-                    (((lateral - back) * z).extend(1.0), (lateral_terms + nonzero(back)) * z)
+                    // Of a corner at infinity, what there is per unit of depth.
+                    let (z, w) = if z.is_infinite() { (1.0, 0.0) } else { (z, 1.0) };
+                    let at = DVec3::new(x_terms * z, y_terms * z, z);
+                    sway.add(i, world_from_view, at, [x_terms, y_terms]);
+                    ((lateral - back) * z).extend(w)
                 }
                 Kind::Orthographic => {
-                    ((lateral - back * z).extend(1.0), lateral_terms + nonzero(back) * z)
+                    let at = DVec3::new(x_terms, y_terms, z);
+                    sway.add(i, world_from_view, at, [0.0; 2]);
+                    (lateral - back * z).extend(1.0)
                 }
             }
         });
         let frustum = Frustum {
             origin: eye,
             planes: planes_and_terms.map(|(plane, _)| plane),
-            corners: corners_and_terms.map(|(corner, _)| corner),
+            corners,
             terms: planes_and_terms.map(|(_, terms)| terms),
-            corner_terms: corners_and_terms.map(|(_, terms)| terms),
+            sway: Some(sway),
             bounds: Aabb::INFINITE,
             slack: ROUNDING,
             errors: planes_and_terms.map(|(_, terms)| terms),
@@ -149,17 +151,48 @@ impl Frustum {
     /// This is the margin of a renderer. Clip coordinates of a vertex are sums of the same
     /// terms as its distances to the planes, so a renderer whose numbers round to `u` and
     /// pass through `n` roundings gives `n * u`, and then never draws anything of a box that
-    /// was excluded, nor clips by a plane that was not named. f64 vertices (u = 2^-53) are
-    /// covered without calling this, provided the box was made by [`Aabb::transformed`] with
-    /// the matrix that takes the vertices to the eye's origin, whose own terms may be larger
-    /// than their sum; f32 vertices ask for `64 * 2^-24`.
+    /// was excluded, nor clips by a plane that was not named. With the frustum of a camera, f64
+    /// vertices (u = 2^-53) are covered without calling this, provided the box was made by
+    /// [`Aabb::transformed`] with the matrix that takes the vertices to the eye's origin, whose
+    /// own terms may be larger than their sum; f32 vertices ask for `64 * 2^-24`.
+    ///
+    /// [`Frustum::bounds`] holds all that the moved planes do. Where they may move so far that its
+    /// corners are anywhere, it is infinite, and the reverse test keeps everything: for
+    /// `64 * 2^-24` that takes a camera of some 179.9 degrees, or a matrix whose terms are so much
+    /// larger than their sums, because the eye is far from the zero it counts from.
     #[must_use]
     pub fn outset(&self, relative: f64) -> Frustum {
         let slack = relative.max(ROUNDING);
-        let bounds = bounds_of(&self.corners, &self.corner_terms, CORNER_SLACK * slack);
         let error =
             |terms: Plane| Plane { normal: slack * terms.normal, offset: slack * terms.offset };
-        Frustum { slack, bounds, errors: self.terms.map(error), ..*self }
+        let moved = Frustum { slack, errors: self.terms.map(error), ..*self };
+        let bounds = match &self.sway {
+            Some(sway) => sway.bounds(&self.corners, slack),
+            None => moved.bounds_of_rows(),
+        };
+        Frustum { bounds, ..moved }
+    }
+
+    /// Where planes and corners count from, in the space of the boxes, scene units: the eye, or zero
+    /// for a matrix.
+    pub fn origin(&self) -> DVec3 {
+        self.origin
+    }
+
+    /// Inward unit normals, counted from [`Frustum::origin`], in the order of `PlaneMask`: left,
+    /// right, bottom, top, near, far. An infinite far plane has normal zero and offset `+inf`:
+    /// everything is inside.
+    pub fn planes(&self) -> &[Plane; 6] {
+        &self.planes
+    }
+
+    /// The corners, counted from [`Frustum::origin`], rounded: points (`w = 1`), or with infinite far
+    /// the last four are directions (`w = 0`, length of one unit of view depth): the corner in the
+    /// limit along that direction. Where an oblique matrix tips the far plane over the horizon, or a
+    /// matrix without inverse has no end, there are corners with `w = -1`: no points of the volume,
+    /// which is open there.
+    pub fn corners(&self) -> &[DVec4; 8] {
+        &self.corners
     }
 
     /// Whether there is a far plane at a finite distance.
@@ -168,7 +201,9 @@ impl Frustum {
     }
 
     /// A box around all of the volume, counted from [`Frustum::origin`]; infinite where the
-    /// volume is. Its faces lie outwards of the true ones by the slack.
+    /// volume is. Its faces lie outwards of the true ones by some hundred times the slack of what the
+    /// corners were summed from, and at wide angles by the tangent of half the angle more: far less
+    /// than 64 * 2^-24 of it, without an outset.
     pub fn bounds(&self) -> Aabb {
         self.bounds
     }
@@ -211,6 +246,20 @@ impl Frustum {
         Halfspace { plane: self.planes[index], error: self.errors[index] }
     }
 
+    /// A box around all points that some planes of [`Frustum::rows`] hold: by the corners of these, if
+    /// all are known to be where a frustum has them.
+    fn bounds_of_rows(&self) -> Aabb {
+        let mut rows = self.rows();
+        for (row, plane) in rows.iter_mut().zip(&self.planes) {
+            if plane.offset == f64::INFINITY {
+                row[3].value = 1.0; // the same plane, with no product too large
+            }
+        }
+        let Some(corners) = implied::all_corners(&rows) else { return Aabb::INFINITE };
+        let corners = corners.map(implied::rounded);
+        bounds_of(&corners.map(|(corner, _)| corner), &corners.map(|(_, error)| error))
+    }
+
     /// All planes as rows, as certain as the slack says; one at infinity holds everywhere.
     pub(crate) fn rows(&self) -> [Row<Interval>; 6] {
         core::array::from_fn(|i| {
@@ -222,17 +271,87 @@ impl Frustum {
     }
 }
 
-/// How much more than a plane a corner may move, relative to its terms. Moved by `r` of
-/// their terms, planes that meet at right angles shift a corner by at most 6 `r` of its own.
-pub(crate) const CORNER_SLACK: f64 = 8.0;
+/// How far the corners of a camera's frustum move with its planes.
+///
+/// # Derivation
+///
+/// Planes moved by `r` of their terms hold a point `p` that the frustum does not. `p*` is `p` with
+/// its depth brought between near and far, then its `x` and `y` between the edges there: a point of
+/// the frustum. Of `p`, only sizes matter, `|p_k|` by world axis `k`; `R`, `U` and `B` are sums of
+/// these over the axes that right, up and back are not exactly zero along. With `e` the edge
+/// (of `x` or `y`, per unit of depth; an orthographic one does not depend on depth) and `z` the
+/// depth of the face that `p*` was brought to, what the planes say is
+///
+/// ```text
+/// dz <= r (B + z)
+/// dx <= r (R + |e| B) + |e| dz          perspective
+/// dx <= r (R + |e|)                     orthographic; likewise dy with U
+/// ```
+///
+/// and along world axis `k`, `p` is away from `p*` by those of `dx`, `dy`, `dz` whose axis of
+/// view is not zero there. With the sizes of `p*` in place of those of `p`, call that `r D(p*)`; it is
+/// `r` times [`Sway::corners`] where `p*` is a corner. `D` is made of sums of sizes, which are
+/// convex, so that `p*_k + r D_k` is greatest at a corner, or along its direction to infinity.
+///
+/// The sizes of `p` itself exceed those of `p*` by `r D(p)`. If `r D` never makes more than half of
+/// `R`, `U` or `B` out of what it is given, then `D(p) <= 2 D(p*)` (the geometric series), and that
+/// is what [`Sway::growth`] is for. One part more covers what planes and corners were rounded by, a
+/// dozen units of 2^-53 against the 64 in every slack.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sway {
+    /// Per corner, or direction: `D`, scene units.
+    corners: [DVec3; 8],
+    /// How much larger than `R`, `U` or `B` what `D` makes of them is, at most.
+    growth: f64,
+}
 
-/// The least box around corners that may be off by `slack` times their terms, the half-lines
-/// from the points along the directions included. Without bounds if some corner is neither.
-pub(crate) fn bounds_of(corners: &[DVec4; 8], terms: &[DVec3; 8], slack: f64) -> Aabb {
+impl Sway {
+    /// Corner `index`, whose view coordinates have sizes `at`. `edges`: of these, x and y per unit of
+    /// depth; 0 for an orthographic one.
+    fn add(&mut self, index: usize, world_from_view: &DMat3, at: DVec3, edges: [f64; 2]) {
+        let DMat3 { x_axis, y_axis, z_axis } = *world_from_view;
+        let axes = DMat3::from_cols(nonzero(x_axis), nonzero(y_axis), nonzero(z_axis));
+        let sums = axes.transpose();
+        let [x_edge, y_edge] = edges;
+        let made = |of: DVec3, own: DVec3| {
+            let dz = of.z + own.z;
+            let dx = of.x + x_edge * (of.z + dz) + own.x;
+            let dy = of.y + y_edge * (of.z + dz) + own.y;
+            axes * DVec3::new(dx, dy, dz)
+        };
+        // What the offsets add that are no sums of coordinates.
+        let own = DVec3::new(
+            if x_edge == 0.0 { at.x } else { 0.0 },
+            if y_edge == 0.0 { at.y } else { 0.0 },
+            at.z,
+        );
+        let of = sums * (axes * at);
+        self.corners[index] = made(of, own);
+        let again = sums * self.corners[index];
+        for axis in 0..3 {
+            if again[axis] > 0.0 {
+                self.growth = self.growth.max(again[axis] / of[axis]);
+            }
+        }
+    }
+
+    /// A box around all points that the planes may hold, moved by `slack` of their terms.
+    fn bounds(&self, corners: &[DVec4; 8], slack: f64) -> Aabb {
+        let stays = slack * self.growth <= 0.5; // false for NaN
+        if !stays {
+            return Aabb::INFINITE;
+        }
+        bounds_of(corners, &self.corners.map(|sway| 3.0 * slack * sway))
+    }
+}
+
+/// The least box around corners that may be off by `errors`, the half-lines from the points along
+/// the directions included. Without bounds if some corner is neither.
+pub(crate) fn bounds_of(corners: &[DVec4; 8], errors: &[DVec3; 8]) -> Aabb {
     let mut bounds = Aabb::EMPTY;
     let mut open = DVec3::ZERO..DVec3::ZERO;
-    for (corner, terms) in corners.iter().zip(terms) {
-        let (low, high) = (corner.truncate() - slack * terms, corner.truncate() + slack * terms);
+    for (corner, error) in corners.iter().zip(errors) {
+        let (low, high) = (corner.truncate() - error, corner.truncate() + error);
         if corner.w > 0.0 {
             bounds = Aabb { min: bounds.min.min(low), max: bounds.max.max(high) };
         } else if corner.w == 0.0 {
@@ -282,8 +401,39 @@ fn nonzero(v: DVec3) -> DVec3 {
 #[cfg(test)]
 mod tests {
     use cullet_transform::Projection;
+    use glam::{DMat4, DQuat};
 
     use super::*;
+    use crate::DepthRange;
+
+    /// SplitMix64 (Steele, Lea and Flood 2014).
+    struct Random(u64);
+
+    impl Random {
+        /// In [0, 1).
+        fn unit(&mut self) -> f64 {
+            self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+            let z = (self.0 ^ self.0 >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+            let z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+            ((z ^ z >> 31) >> 11) as f64 / (1_u64 << 53) as f64
+        }
+
+        /// Along an axis, half of the time.
+        fn direction(&mut self) -> DVec3 {
+            let axis = DVec3::AXES[(3.0 * self.unit()) as usize];
+            let any = DVec3::new(self.unit(), self.unit(), self.unit()) - 0.5;
+            match (4.0 * self.unit()) as usize {
+                0 => axis,
+                1 => -axis,
+                _ => any.normalize_or(axis),
+            }
+        }
+
+        fn rotation(&mut self) -> DMat3 {
+            let (axis, angle) = (self.direction(), 6.0 * self.unit());
+            DMat3::from_quat(DQuat::from_axis_angle(axis, angle))
+        }
+    }
 
     fn window(kind: Kind, far: f64) -> Window {
         Window { kind, left: -2.0, right: 1.0, bottom: -0.5, top: 0.75, near: 0.5, far }
@@ -350,6 +500,102 @@ mod tests {
                 assert!(distance <= frustum.farthest(i, &bounds));
             }
         }
+    }
+
+    /// What the planes of an outset keep, its bounds hold: reverse rejects no point that they keep.
+    #[track_caller]
+    fn bounds_hold_what_the_planes_do(frustum: &Frustum, slack: f64, random: &mut Random) {
+        let wide = frustum.outset(slack);
+        let mut n_points = 0;
+        let points = wide.corners.iter().filter(|corner| corner.w > 0.0);
+        for corner in points.map(|corner| corner.truncate()) {
+            for _ in 0..24 {
+                // As far from the corner as the planes allow, along some direction.
+                let along = random.direction();
+                let keeps = |distance: f64| {
+                    let p = corner + distance * along;
+                    let bounds = Aabb { min: p, max: p };
+                    let kept = !(0..6).any(|i| wide.farthest(i, &bounds) < 0.0);
+                    assert!(
+                        !kept || wide.bounds().contains_point(p),
+                        "{along} {distance} {wide:?}"
+                    );
+                    kept
+                };
+                let (mut low, mut high) = (0.0, 2.0 * corner.length());
+                for _ in 0..60 {
+                    let middle = 0.5 * (low + high);
+                    if keeps(middle) {
+                        (low, n_points) = (middle, n_points + 1);
+                    } else {
+                        high = middle;
+                    }
+                }
+            }
+        }
+        assert!(n_points > 0 || frustum.corners.iter().all(|corner| corner.w <= 0.0));
+    }
+
+    const SLACKS: [f64; 4] = [0.0, 64.0 / (1 << 24) as f64, 1e-3, 0.02];
+
+    fn lens(fov: f64, far: f64) -> Window {
+        let edge = libm::tan(0.5 * fov.to_radians());
+        let (left, right, bottom, top) = (-edge, edge, -0.5 * edge, 0.01 * edge);
+        Window { kind: Kind::Perspective, left, right, bottom, top, near: 1.0, far }
+    }
+
+    #[test]
+    fn the_bounds_of_a_camera_hold_what_its_outset_planes_do() {
+        let mut random = Random(1);
+        let turns = [DMat3::IDENTITY, DMat3::from_rotation_z(0.3), DMat3::from_rotation_y(0.3)];
+        for round in 0..300 {
+            let rotation = match round % 5 {
+                turn @ 0..3 => turns[turn],
+                // Level sides of a rolled picture: right and up share a plane with two axes.
+                3 => DMat3::from_rotation_x(random.unit()) * DMat3::from_rotation_z(random.unit()),
+                _ => random.rotation(),
+            };
+            let far = [2.0, 1e4, f64::INFINITY][round % 3];
+            let fov = [0.1, 2.0, 60.0, 120.0, 170.0, 179.0, 179.99][round % 7];
+            let mut window = lens(fov, far);
+            if round % 4 == 0 && far.is_finite() {
+                window.kind = Kind::Orthographic;
+            }
+            let frustum = Frustum::from_window(DVec3::ZERO, &rotation, &window);
+            for slack in SLACKS {
+                bounds_hold_what_the_planes_do(&frustum, slack, &mut random);
+            }
+        }
+    }
+
+    #[test]
+    fn the_bounds_of_a_matrix_hold_what_its_outset_planes_do() {
+        let mut random = Random(2);
+        let mut n_bounded = 0;
+        for round in 0..300 {
+            let offset = [0.0, 1.0, 1e2, 1e4][round % 4];
+            let eye =
+                if round == 1 { DVec3::new(10.0, 20.0, 70.0) } else { offset * random.direction() };
+            let rotation = if round % 3 == 0 { DMat3::IDENTITY } else { random.rotation() };
+            let far = [2.0, 1e4, f64::INFINITY][round % 3];
+            let fov = [1.0, 60.0, 120.0, 170.0, 179.0][round % 5];
+            let view = DMat4::from_mat3(rotation.transpose()) * DMat4::from_translation(-eye);
+            let matrix = (lens(fov, far).clip_from_view() * view).as_mat4().as_dmat4();
+            let frustum = Frustum::from_matrix(&matrix, DepthRange::Reversed).expect("a frustum");
+            for slack in SLACKS {
+                bounds_hold_what_the_planes_do(&frustum, slack, &mut random);
+            }
+            n_bounded += usize::from(frustum.outset(SLACKS[1]).bounds() != Aabb::INFINITE);
+        }
+        assert!(n_bounded > 100, "{n_bounded}");
+    }
+
+    #[test]
+    fn an_outset_of_an_ordinary_camera_is_no_larger_than_it_need_be() {
+        let frustum = Frustum::from_window(DVec3::ZERO, &Random(3).rotation(), &lens(60.0, 100.0));
+        let (bounds, wide) = (frustum.bounds(), frustum.outset(SLACKS[1]).bounds());
+        assert!(bounds.grown(0.1).contains(&wide), "{bounds:?} {wide:?}");
+        assert!(wide.contains(&bounds));
     }
 
     #[test]

@@ -19,7 +19,9 @@
 use core::array::from_fn;
 use core::cmp::Ordering::{Equal, Greater, Less};
 
-use crate::number::Number;
+use glam::{DVec3, DVec4};
+
+use crate::number::{Interval, Number};
 
 /// `a x + b y + c z + d`.
 pub(crate) type Row<N> = [N; 4];
@@ -86,6 +88,50 @@ pub(crate) fn corner<N: Number>(planes: &[Row<N>; 6], corner: usize) -> Option<R
     }
 }
 
+/// All corners of a frustum whose planes are any within the intervals, if every choice of these
+/// has them where a frustum does: each certainly inside the three planes that do not make it, and
+/// certainly a point or a direction.
+///
+/// Then no choice has any other corner, and all of the volume lies between these: in the cone over
+/// it, an edge leads from each corner away from each of its planes, and ends at the corner that has
+/// the opposite plane instead, since that one is in the cone and on the same edge. So the eight are
+/// joined to no others, but the corners of a convex body are all joined (Balinski 1961).
+pub(crate) fn all_corners(planes: &[Row<Interval>; 6]) -> Option<[Row<Interval>; 8]> {
+    let mut corners = [[Interval::zero(); 4]; 8];
+    for (i, place) in corners.iter_mut().enumerate() {
+        let meeting = meeting(planes_of_corner(i).map(|p| &planes[p]));
+        let opposite = planes_of_corner(!i & 7).map(|p| at(&planes[p], &meeting).sign());
+        *place = match opposite {
+            [Some(Greater), Some(Greater), Some(Greater)] => meeting,
+            [Some(Less), Some(Less), Some(Less)] => meeting.map(|n| n.negated()),
+            _ => return None,
+        };
+        if !matches!(place[3].sign(), Some(Greater | Equal)) {
+            return None;
+        }
+    }
+    Some(corners)
+}
+
+/// A corner with `w` at 1, 0 or -1, and what its coordinates may be off by, scene units.
+pub(crate) fn rounded([x, y, z, w]: Row<Interval>) -> (DVec4, DVec3) {
+    let v = [x, y, z];
+    match w.sign() {
+        Some(Equal) => {
+            (DVec4::new(x.value, y.value, z.value, 0.0), DVec3::from_array(v.map(|n| n.error)))
+        }
+        Some(Greater) => {
+            let at = |n: &Interval| n.value / w.value;
+            let error = |n: &Interval| {
+                let off = (n.error + at(n).abs() * w.error) / (w.value - w.error);
+                2.0 * off + f64::EPSILON * at(n).abs()
+            };
+            (DVec4::new(at(&x), at(&y), at(&z), 1.0), DVec3::from_array(v.each_ref().map(error)))
+        }
+        Some(Less) | None => (DVec3::ZERO.extend(-1.0), DVec3::ZERO),
+    }
+}
+
 /// Where three planes meet, on either side of zero; all zero if they share a line.
 pub(crate) fn meeting<N: Number>([a, b, c]: [&Row<N>; 3]) -> Row<N> {
     let cofactor = |[u, v, w]: [usize; 3]| {
@@ -108,7 +154,7 @@ fn minor<N: Number>(a: &Row<N>, b: &Row<N>, u: usize, v: usize) -> N {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::number::{Expansion, Interval};
+    use crate::number::Expansion;
 
     /// 90 degrees both ways down -z, near 1, far 4.
     fn pyramid<N>(number: impl Fn(f64) -> N) -> [Row<N>; 6] {

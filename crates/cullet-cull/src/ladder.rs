@@ -1,8 +1,10 @@
 //! The tests as a ladder, from the cheapest to the exact one.
 //!
-//! Every rung keeps all that is visible; a higher rung keeps less of what is not. Rungs
-//! differ in what they cost and in what they leave over, and which pays depends on how large
-//! boxes are beside the frustum: [`Ladder`] asks any choice of them in turn, and counts if asked
+//! Every rung keeps all that is visible. Of what is not, planes keep less from rung to rung (none,
+//! sphere, corners, p-vertex; up to rounding); the reverse test is no higher rung but another ladder: it
+//! rejects large boxes that planes keep, and keeps most of what they reject. Both together keep less
+//! than either, and the exact test nothing. Which pays depends on how large boxes are beside the
+//! frustum: [`Ladder`] asks any choice of them in turn, and counts if asked
 //! to.
 
 use alloc::vec::Vec;
@@ -88,6 +90,23 @@ pub fn classify(frustum: &Frustum, bounds: &Aabb) -> Visibility {
 }
 
 /// A frustum and the tests to ask of it, in order, until one rejects.
+///
+/// ```
+/// use cullet_cull::{Aabb, CullStats, Frustum, Ladder, Test};
+/// # use cullet_transform::{Camera, Projection};
+/// # use glam::DVec3;
+/// # let lens = Projection::Perspective { yfov: 1.0, near: 0.1, far: 100.0 };
+/// # let camera = Camera::look_at(DVec3::ZERO, DVec3::NEG_Z, DVec3::Y, lens)?;
+/// let frustum = Frustum::from_camera(&camera, 1.0);
+/// let ladder = Ladder::new(&frustum, &[Test::PVertex, Test::Reverse]);
+/// let behind = Aabb { min: DVec3::splat(1.0), max: DVec3::splat(2.0) };
+/// let mut stats = CullStats::default();
+/// assert!(ladder.visible(&Aabb::INFINITE, &mut stats));
+/// assert!(!ladder.visible(&behind, &mut stats));
+/// let planes = stats.tests[Test::PVertex as usize];
+/// assert_eq!((planes.n_in, planes.n_out), (1, 1));
+/// # Ok::<(), cullet_transform::CameraError>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Ladder {
     frustum: Frustum,

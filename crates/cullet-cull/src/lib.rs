@@ -36,7 +36,8 @@
 //!
 //! - Sets are closed: touching is visible.
 //! - A test may keep what is hidden, it never drops what exact arithmetic calls visible.
-//!   What it keeps too much by rounding is at most [`ROUNDING`] of the terms it added up.
+//!   What it keeps too much by rounding is at most [`ROUNDING`] of the terms it added up; a little
+//!   more by the reverse test, see [`Frustum::bounds`].
 //! - A box with a NaN is kept by every test, so bad data is seen rather than lost; a box
 //!   with some `min > max` (and no NaN) is empty and is never visible.
 //! - Infinite extents are legal, and `0 * inf` counts as 0: a plane parallel to an axis

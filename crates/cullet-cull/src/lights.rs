@@ -88,6 +88,22 @@ fn reaches(light: &LightRange, origin: DVec3, bounds: &Aabb) -> bool {
 }
 
 /// A view cut into columns, rows and slices of depth.
+///
+/// ```
+/// use cullet_cull::{Clusters, LightRange, Sphere, slice_depths};
+/// # use cullet_transform::{Camera, Projection};
+/// # use glam::{DMat3, DVec3};
+/// # let lens = Projection::Perspective { yfov: 1.0, near: 0.1, far: 100.0 };
+/// # let camera = Camera::look_at(DVec3::ZERO, DVec3::NEG_Z, DVec3::Y, lens)?;
+/// let axes = DMat3::from_cols(camera.right(), camera.up(), camera.back());
+/// let depths = slice_depths(0.1, 100.0, 8);
+/// let clusters = Clusters::new(camera.eye(), &axes, &camera.window(1.5), (12, 8), &depths);
+/// let lamp = LightRange::Ball(Sphere { center: DVec3::new(0.0, 0.0, -50.0), radius: 1.0 });
+/// let lists = clusters.assign(&[lamp]);
+/// let n_lit = (0..clusters.len()).filter(|&cluster| lists.of(cluster) == [0]).count();
+/// assert!(n_lit > 0 && n_lit < 20); // of 768
+/// # Ok::<(), cullet_transform::CameraError>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Clusters {
     columns: Vec<Frustum>,

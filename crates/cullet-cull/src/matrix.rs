@@ -12,19 +12,21 @@
 //! World-View-Projection Matrix", 2001.
 
 use core::array::from_fn;
-use core::cmp::Ordering::{Equal, Greater, Less};
 
 use glam::{DMat4, DVec3, DVec4};
 
 use crate::apex;
-use crate::frustum::{AT_INFINITY, CORNER_SLACK};
+use crate::frustum::{AT_INFINITY, bounds_of};
 use crate::implied::{self, Row};
 use crate::number::{Expansion, Interval, Number};
 use crate::rounding::{ROUNDING, two_sum};
-use crate::{Aabb, Frustum, Plane};
+use crate::{Frustum, Plane};
 
 /// The index of the near plane; the far plane comes after it, the sides before.
 const NEAR: usize = cullet_transform::Plane::Near.index();
+
+/// What a corner of a matrix may be off by at least, relative to its coordinates.
+const MATRIX_CORNER: f64 = 8.0 * ROUNDING;
 
 /// What clip-space z means.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -154,19 +156,29 @@ impl Frustum {
             (_, Some(exact)) => apex::corners(&exact.planes())?,
             (_, None) => return Err(FrustumError::TooFarApart),
         };
-        let corners = corners.map(rounded);
-        let frustum = Frustum {
+        let corners = corners.map(|corner| {
+            let (corner, error) = implied::rounded(corner);
+            // Room for the rounding of a box that is moved to the origin, too.
+            (corner, error.max(MATRIX_CORNER * corner.truncate().abs()))
+        });
+        let (corners, corner_errors) =
+            (corners.map(|(corner, _)| corner), corners.map(|(_, error)| error));
+        let terms = planes.map(|(_, terms)| terms);
+        let error = |terms: Plane| Plane {
+            normal: ROUNDING * terms.normal,
+            offset: ROUNDING * terms.offset,
+        };
+        Ok(Frustum {
             origin: DVec3::ZERO,
             planes: planes.map(|(plane, _)| plane),
-            corners: corners.map(|(corner, _)| corner),
-            terms: planes.map(|(_, terms)| terms),
-            corner_terms: corners.map(|(_, terms)| terms),
-            bounds: Aabb::INFINITE,
+            corners,
+            terms,
+            sway: None,
+            bounds: bounds_of(&corners, &corner_errors),
             slack: ROUNDING,
-            errors: planes.map(|(_, terms)| terms),
+            errors: terms.map(error),
             exact,
-        };
-        Ok(frustum.outset(ROUNDING))
+        })
     }
 }
 
@@ -228,34 +240,13 @@ impl Normalized {
     }
 }
 
-/// A corner with `w` at 1, 0 or -1, and terms that cover its error.
-fn rounded([x, y, z, w]: Row<Interval>) -> (DVec4, DVec3) {
-    let v = [x, y, z];
-    let (position, errors) = match w.sign() {
-        Some(Equal) => {
-            (DVec4::new(x.value, y.value, z.value, 0.0), DVec3::from_array(v.map(|n| n.error)))
-        }
-        Some(Greater) => {
-            let at = |n: &Interval| n.value / w.value;
-            let error = |n: &Interval| {
-                let off = (n.error + at(n).abs() * w.error) / (w.value - w.error);
-                2.0 * off + f64::EPSILON * at(n).abs()
-            };
-            (DVec4::new(at(&x), at(&y), at(&z), 1.0), DVec3::from_array(v.each_ref().map(error)))
-        }
-        Some(Less) | None => (DVec3::ZERO.extend(-1.0), DVec3::ZERO),
-    };
-    let sizes = position.truncate().abs();
-    (position, (errors / (CORNER_SLACK * ROUNDING)).max(sizes))
-}
-
 #[cfg(test)]
 mod tests {
     use cullet_transform::{Kind, Window};
     use glam::DMat3;
 
     use super::*;
-    use crate::{PlaneMask, Test, planes_cutting, visible};
+    use crate::{Aabb, PlaneMask, Test, planes_cutting, visible};
 
     fn window(far: f64) -> Window {
         let (left, right, bottom, top) = (-1.0, 2.0, -0.5, 1.5);

@@ -29,6 +29,21 @@ use crate::number::{Expansion, Interval, Number};
 use crate::{Aabb, Frustum, Plane, PlaneMask, ROUNDING, Visibility, planes_cutting};
 
 /// A frustum made ready for the exact test.
+///
+/// ```
+/// use cullet_cull::{Aabb, Frustum, Sat, Visibility};
+/// # use cullet_transform::{Camera, Projection};
+/// # use glam::DVec3;
+/// # let lens = Projection::Perspective { yfov: 1.0, near: 0.1, far: 100.0 };
+/// # let camera = Camera::look_at(DVec3::ZERO, DVec3::NEG_Z, DVec3::Y, lens)?;
+/// let frustum = Frustum::from_camera(&camera, 1.0);
+/// let sat = Sat::new(&frustum);
+/// let cube = |z: f64| Aabb { min: DVec3::new(-1.0, -1.0, z), max: DVec3::new(1.0, 1.0, z + 2.0) };
+/// assert_eq!(sat.classify(&cube(-9.0)), Visibility::Inside);
+/// assert_eq!(sat.classify(&cube(-1.0)), Visibility::Crossing);
+/// assert_eq!(sat.classify(&cube(9.0)), Visibility::Outside);
+/// # Ok::<(), cullet_transform::CameraError>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Sat {
     frustum: Frustum,

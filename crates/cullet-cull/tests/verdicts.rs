@@ -311,9 +311,9 @@ fn ulps(x: f64, n: i64) -> f64 {
 fn knife_edge(rng: &mut Rng, case: &Case) -> Aabb {
     let frustum = &case.frustum;
     let at = |i: usize| {
-        let corner = frustum.corners[i];
+        let corner = frustum.corners()[i];
         match corner.w {
-            0.0 => frustum.corners[i & 3].truncate() + corner.truncate() * (case.reach * 0.7),
+            0.0 => frustum.corners()[i & 3].truncate() + corner.truncate() * (case.reach * 0.7),
             _ => corner.truncate(),
         }
     };
@@ -324,21 +324,21 @@ fn knife_edge(rng: &mut Rng, case: &Case) -> Aabb {
     if turn > 0 {
         point = point.lerp(at(i ^ 1 << axis), t);
     }
-    if frustum.corners[i].w < 0.0 {
+    if frustum.corners()[i].w < 0.0 {
         // No corner: somewhere on two planes of it, or nearly.
         point = rng.vector(-case.reach, case.reach);
-        for plane in [i & 1, 2 + (i >> 1 & 1), i & 1].map(|p| &frustum.planes[p]) {
+        for plane in [i & 1, 2 + (i >> 1 & 1), i & 1].map(|p| &frustum.planes()[p]) {
             point -= plane.normal * plane.distance(point);
         }
     }
-    if turn > 1 && frustum.corners[i].w >= 0.0 {
+    if turn > 1 && frustum.corners()[i].w >= 0.0 {
         let other = i ^ 1 << ((axis + 1) % 3);
         point = point.lerp(at(other).lerp(at(other ^ 1 << axis), t), s);
     }
-    point += frustum.origin;
+    point += frustum.origin();
     // A box with this point on its outside: on a corner, an edge or a face.
     let away = {
-        let planes = [i & 1, 2 + (i >> 1 & 1), 4 + (i >> 2)].map(|p| frustum.planes[p].normal);
+        let planes = [i & 1, 2 + (i >> 1 & 1), 4 + (i >> 2)].map(|p| frustum.planes()[p].normal);
         let weights = rng.vector(0.0, 1.0);
         match rng.below(4) {
             0 => -(planes[0] * weights.x + planes[1] * weights.y + planes[2] * weights.z),
@@ -351,7 +351,7 @@ fn knife_edge(rng: &mut Rng, case: &Case) -> Aabb {
     let size = box_size(rng, case);
     let (mut min, mut max) = (point, point);
     // Touching in zero, from the side where it is negative, or by less than any normal number.
-    if case.frustum.origin == DVec3::ZERO && rng.below(16) == 0 {
+    if case.frustum.origin() == DVec3::ZERO && rng.below(16) == 0 {
         point = [DVec3::ZERO, -DVec3::ZERO, DVec3::splat(1e-310), point * 1e-290][i & 3];
         (min, max) = (point, point);
     }
@@ -386,13 +386,13 @@ fn random_box(rng: &mut Rng, case: &Case) -> Aabb {
     let weights: [f64; 8] = std::array::from_fn(|_| rng.log(1e-4, 1.0));
     let sum: f64 = weights.iter().sum();
     let mut center = DVec3::ZERO;
-    for (corner, weight) in case.frustum.corners.iter().zip(weights) {
+    for (corner, weight) in case.frustum.corners().iter().zip(weights) {
         let reach = if corner.w == 0.0 { case.reach * 0.7 } else { 1.0 };
         center += corner.truncate() * (reach * weight / sum);
     }
     let half = 0.5 * box_size(rng, case);
     let far_off = half + DVec3::splat(case.reach * rng.unit() * rng.unit());
-    center += case.frustum.origin + far_off * rng.vector(-1.5, 1.5);
+    center += case.frustum.origin() + far_off * rng.vector(-1.5, 1.5);
     let mut bounds = Aabb { min: center - half, max: center + half };
     if rng.below(24) == 0 {
         let axis = rng.below(3) as usize;
@@ -436,9 +436,9 @@ fn judge(case: &Case, bounds: &Aabb, name: &dyn Fn() -> String, tally: &mut Tall
         if kept && !truth && test == Test::Sat {
             assert!(!case.exact || !exactly_known(bounds), "false keep: {}", name());
             // Any other false keep is a near miss: grown by a little the box is visible.
-            let size = (bounds.min - case.frustum.origin)
+            let size = (bounds.min - case.frustum.origin())
                 .abs()
-                .max((bounds.max - case.frustum.origin).abs());
+                .max((bounds.max - case.frustum.origin()).abs());
             let infinite = !size.is_finite();
             let grown = bounds.grown(size.max_element().max(case.near) * 2_f64.powi(-40));
             assert!(infinite || case.truth.visible(&grown), "keeps too much: {}", name());

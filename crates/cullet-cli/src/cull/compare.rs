@@ -43,6 +43,24 @@ pub fn table(new: &Value, old: &Value) -> String {
     format!("\nchanged ({n_same} figures did not):\n{table}")
 }
 
+/// One line if the reports are of different things, so that no change says which version is better.
+pub fn other_inputs(new: &Value, old: &Value) -> Option<String> {
+    let (new, old) = (&new["settings"], &old["settings"]);
+    let told = |key: &str| {
+        let name = |value: &Value| match value {
+            Value::Null => "none".to_owned(),
+            Value::String(name) => format!("`{name}`"),
+            other => short(other),
+        };
+        format!("{key} {}, was {}", name(&new[key]), name(&old[key]))
+    };
+    let keys = ["scene", "boxes", "camera", "clip_from_world", "path"];
+    let differing: Vec<String> =
+        keys.into_iter().filter(|&key| new[key] != old[key]).map(told).collect();
+    let of = differing.join("; ");
+    (!of.is_empty()).then(|| format!("warning: --compare with a report of something else: {of}"))
+}
+
 /// A value in a few characters: of what only one report has, how many figures that are.
 fn short(value: &Value) -> String {
     const MOST: usize = 40;
@@ -117,6 +135,15 @@ mod tests {
             ]
         );
         assert!(text.contains("2 figures did not"), "{text}");
+    }
+
+    #[test]
+    fn reports_of_different_things_are_told_apart() {
+        let report = |scene: &str, path: Value| json!({"settings": {"scene": scene, "path": path, "repeat": 1}});
+        let (a, b) = (report("a", Value::Null), report("b", json!("dolly:3")));
+        assert_eq!(other_inputs(&a, &a), None);
+        let line = other_inputs(&b, &a).unwrap();
+        assert!(line.ends_with("scene `b`, was `a`; path `dolly:3`, was none"), "{line}");
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Boxes, and the frusta they are tested against.
 
 use std::fs;
+use std::io::{Read, stdin};
 use std::path::Path;
 
 use cullet::cull::{Aabb, DepthRange, Frustum};
@@ -62,7 +63,11 @@ pub fn read(args: &CullArgs) -> Result<Input, Failure> {
 }
 
 fn text(path: &Path) -> Result<String, Failure> {
-    let bytes = fs::read(path).map_err(|error| wrong(path, format!("cannot be read: {error}")))?;
+    let unreadable = |error| wrong(path, format!("cannot be read: {error}"));
+    utf8(path, fs::read(path).map_err(unreadable)?)
+}
+
+fn utf8(path: &Path, bytes: Vec<u8>) -> Result<String, Failure> {
     let text = String::from_utf8(bytes).map_err(|_| wrong(path, "is not text"))?;
     Ok(text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text))
 }
@@ -77,8 +82,17 @@ struct BoxLine {
     max: [Number; 3],
 }
 
+/// Of a file, or of standard input for `-`.
 fn boxes(path: &Path, keep_f64: bool) -> Result<Vec<Aabb>, Failure> {
-    let text = text(path)?;
+    let (path, text) = if path == Path::new("-") {
+        let path = Path::new("standard input");
+        let mut bytes = Vec::new();
+        let read = stdin().lock().read_to_end(&mut bytes);
+        read.map_err(|error| wrong(path, format!("cannot be read: {error}")))?;
+        (path, utf8(path, bytes)?)
+    } else {
+        (path, text(path)?)
+    };
     let lines = text.lines().enumerate();
     let lines = lines.filter(|(_, line)| !line.trim().is_empty());
     let read = |(i, line): (usize, &str)| {
@@ -133,7 +147,7 @@ fn shots(
         _ => camera,
     };
     let cameras = match args.path {
-        Some(CameraPath::Orbit { n, distance }) => orbit(&camera, &bounds(), n, distance),
+        Some(CameraPath::Orbit { n, distance }) => orbit(&camera, path::middle(boxes), n, distance),
         Some(CameraPath::Dolly { n }) => dolly(&camera, &bounds(), n),
         _ => vec![camera],
     };

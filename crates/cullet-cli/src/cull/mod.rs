@@ -44,8 +44,9 @@ pub struct CullArgs {
     // Not `Option<Source>`: an optional group with a group inside counts as never given.
     #[command(flatten)]
     limits: Limits,
-    /// Test these boxes instead of a scene: one {"min":[x,y,z],"max":[x,y,z]} per line
-    #[arg(long, value_name = "FILE.jsonl", conflicts_with = "scene")]
+    /// Test these boxes instead of a scene: one {"min":[x,y,z],"max":[x,y,z]} per line; `-` reads
+    /// them from standard input
+    #[arg(long, value_name = "FILE.jsonl|-", conflicts_with = "scene")]
     boxes: Option<PathBuf>,
     /// Keep the boxes of the file in f64; without it they are read as f32
     #[arg(long, requires = "boxes")]
@@ -58,8 +59,8 @@ pub struct CullArgs {
     /// "depth":"zero-to-one"|"minus-one-to-one"|"reversed"}
     #[arg(long, value_name = "FILE.json", conflicts_with_all = ["camera", "camera_path"])]
     clip_from_world: Option<PathBuf>,
-    /// Many cameras: `orbit:N[:DISTANCE]` turns --camera around the vertical line through the
-    /// middle of everything (DISTANCE times as far from it, default 1); `dolly[:N]` moves it
+    /// Many cameras: `orbit:N[:DISTANCE]` turns --camera around the vertical line through the median
+    /// of the boxes' centres (DISTANCE times as far from it, default 1); `dolly[:N]` moves it
     /// straight on through everything (N: 32); a file holds a list of cameras. An `auto` camera
     /// gets a near plane that does not cut things away when it comes close
     #[arg(id = "camera_path", long = "path", value_name = "orbit:N|dolly|FILE.json")]
@@ -193,6 +194,9 @@ pub fn run(args: &CullArgs) -> Result<(), Failure> {
     let asked = if args.distributions.is_some() { &wastes[..] } else { &[] };
     let new = report::json(args, measured.as_ref(), asked);
     let compared = old.as_ref().map(|old| compare::table(&new, old)).unwrap_or_default();
+    if let Some(differ) = old.as_ref().and_then(|old| compare::other_inputs(&new, old)) {
+        note(differ);
+    }
     // Faulty conditions are wrong usage: nothing is written then (but verdicts that go elsewhere than to a file).
     let failed = failed(args, &new, old.as_ref())?;
 

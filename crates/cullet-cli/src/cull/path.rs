@@ -10,7 +10,7 @@ use glam::{DMat3, DVec3};
 /// A way for the camera to go.
 #[derive(Clone, Debug, PartialEq)]
 pub enum CameraPath {
-    /// Around the vertical line through the middle of everything, in `n` equal steps.
+    /// Around the vertical line through the middle of the boxes, in `n` equal steps.
     Orbit {
         /// How many cameras.
         n: u32,
@@ -68,12 +68,33 @@ impl FromStr for CameraPath {
     }
 }
 
-/// The cameras of an orbit that begins with `base`, around the middle of `bounds`.
-pub fn orbit(base: &Camera, bounds: &Aabb, n: u32, distance: f64) -> Vec<Camera> {
-    let middle = if bounds.center().is_finite() { bounds.center() } else { DVec3::ZERO };
+/// The median of the centres of `boxes`, by axis; zero if none is finite. One box far out, or one
+/// without measure, does not take it away from the others.
+pub fn middle(boxes: &[Aabb]) -> DVec3 {
+    let finite = boxes.iter().filter(|b| b.min.is_finite() && b.max.is_finite() && !b.is_empty());
+    let centers: Vec<DVec3> = finite.map(Aabb::center).collect();
+    let median = |axis: usize| {
+        let mut along: Vec<f64> = centers.iter().map(|center| center[axis]).collect();
+        let half = along.len() / 2;
+        along.sort_unstable_by(f64::total_cmp);
+        match along.len() {
+            0 => 0.0,
+            n if n % 2 == 0 => 0.5 * along[half - 1] + 0.5 * along[half],
+            _ => along[half],
+        }
+    };
+    DVec3::new(median(0), median(1), median(2))
+}
+
+/// The cameras of an orbit around `middle`, `distance` times as far from it as `base` is. With a
+/// distance of 1 the first is `base` itself, bit for bit.
+pub fn orbit(base: &Camera, middle: DVec3, n: u32, distance: f64) -> Vec<Camera> {
     let arm = (base.eye() - middle) * distance;
     (0..n)
         .filter_map(|i| {
+            if i == 0 && distance == 1.0 {
+                return Some(*base);
+            }
             let (sin, cos) = libm::sincos(std::f64::consts::TAU * f64::from(i) / f64::from(n));
             let turn =
                 DMat3::from_cols(DVec3::new(cos, 0.0, -sin), DVec3::Y, DVec3::new(sin, 0.0, cos));
@@ -145,12 +166,38 @@ mod tests {
 
     #[test]
     fn an_orbit_looks_at_the_middle_from_all_sides() {
-        let cameras = orbit(&base(), &BOUNDS, 4, 0.5);
+        let cameras = orbit(&base(), BOUNDS.center(), 4, 0.5);
         let eyes = [[0.0, 3.0, 6.0], [5.0, 3.0, 1.0], [0.0, 3.0, -4.0], [-5.0, 3.0, 1.0]];
         for (camera, eye) in cameras.iter().zip(eyes.map(DVec3::from_array)) {
             near(camera.eye(), eye);
             near(camera.back(), (eye - BOUNDS.center()).normalize());
         }
+    }
+
+    #[test]
+    fn an_orbit_begins_with_the_camera_itself() {
+        for middle in [DVec3::ZERO, DVec3::splat(1e17), DVec3::new(0.1, 0.2, 0.3)] {
+            let first = orbit(&base(), middle, 8, 1.0)[0];
+            assert_eq!((first.eye(), first.back()), (base().eye(), base().back()));
+            assert_eq!((first.up(), first.right()), (base().up(), base().right()));
+        }
+    }
+
+    #[test]
+    fn odd_boxes_do_not_move_the_middle() {
+        let cube = |at: DVec3, half: f64| Aabb { min: at - half, max: at + half };
+        let mut boxes: Vec<Aabb> =
+            (0..9).map(|i| cube(DVec3::new(f64::from(i), 1.0, -1.0), 0.5)).collect();
+        let expected = DVec3::new(4.0, 1.0, -1.0);
+        assert_eq!(middle(&boxes), expected);
+        boxes.extend([Aabb::NAN, Aabb::EMPTY, Aabb::INFINITE]);
+        assert_eq!(middle(&boxes), expected);
+        boxes.push(cube(DVec3::new(1e30, 1.0, -1.0), 1.0));
+        assert_eq!(middle(&boxes), DVec3::new(4.5, 1.0, -1.0));
+        boxes.push(Aabb { min: DVec3::splat(-1e24), max: DVec3::splat(0.1e24) });
+        assert_eq!(middle(&boxes), expected);
+        assert_eq!(middle(&boxes[..2]), DVec3::new(0.5, 1.0, -1.0));
+        assert_eq!(middle(&[Aabb::NAN]), DVec3::ZERO);
     }
 
     #[test]

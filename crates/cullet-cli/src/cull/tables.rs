@@ -14,7 +14,10 @@ use super::waste::Waste;
 /// Everything about a set of boxes.
 pub fn all(measured: &Measured) -> String {
     let sum = &measured.sum;
-    let mut text = format!("{} boxes", measured.input.boxes.len());
+    let mut text = match measured.input.boxes.len() {
+        1 => "1 box".to_owned(),
+        n => format!("{n} boxes"),
+    };
     match measured.shown.len() {
         1 => text += ", one camera",
         n => text += &format!(", {n} cameras (counts added up, times averaged)"),
@@ -54,31 +57,41 @@ fn tests(measured: &Measured, figures: &Figures) -> Table {
     let n: u64 = figures.fates.iter().sum();
     let mut table =
         right("test", ["in", "out", "false visible", "waste %", "ns per box", "cold", "spread %"]);
-    let cold = |cold: Option<f64>| cold.map_or(String::new(), |ns| format!("{ns:.2}"));
+    // Time per box of no boxes is a dash, and so is its spread.
+    let times = |ns: &Timing| match n {
+        0 => ["–", "–", "–"].map(str::to_owned),
+        _ => [
+            format!("{:.2}", ns.warm()),
+            ns.cold().map_or(String::new(), |ns| format!("{ns:.2}")),
+            spread(ns.spread()),
+        ],
+    };
     for (test, figures) in TESTS.iter().zip(&figures.tests) {
+        let [warm, cold, spread] = times(&figures.ns);
         table.push([
             test.name().to_owned(),
             figures.n_in.to_string(),
             (n - figures.n_in).to_string(),
             figures.n_false_visible.to_string(),
             percent(figures.n_false_visible, figures.n_in),
-            format!("{:.2}", figures.ns.warm()),
-            cold(figures.ns.cold()),
-            spread(figures.ns.spread()),
+            warm,
+            cold,
+            spread,
         ]);
     }
     let x8 = format!("p_vertex x8 ({})", measured.simd);
     for (name, flat) in [(x8.as_str(), &figures.flat), ("  16-bit bounds first", &figures.coarse)] {
         let wasted = flat.n_in.saturating_sub(figures.of(Test::Sat).n_in);
+        let [warm, cold, spread] = times(&flat.ns);
         table.push([
             name.to_owned(),
             flat.n_in.to_string(),
             (n - flat.n_in).to_string(),
             wasted.to_string(),
             percent(wasted, flat.n_in),
-            format!("{:.2}", flat.ns.warm()),
-            cold(flat.ns.cold()),
-            spread(flat.ns.spread()),
+            warm,
+            cold,
+            spread,
         ]);
     }
     table

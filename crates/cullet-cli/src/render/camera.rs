@@ -59,7 +59,7 @@ fn missing(spec: &str, scene: &Scene) -> String {
     let names: Vec<_> = names.map(|(i, camera)| format!("{i} `{}`", camera.name)).collect();
     let known = match names.len() {
         0 => "the scene has none; give `auto` or a camera file (.json)".into(),
-        _ => format!("the scene has {}", names.join(", ")),
+        _ => format!("the scene has {}: {}", scene.cameras.len(), names.join(", ")),
     };
     format!("there is no camera `{spec}`: {known}")
 }

@@ -276,6 +276,87 @@ fn the_page_needs_nothing_else() {
 }
 
 #[test]
+fn one_odd_box_does_not_stretch_the_charts() {
+    let folder = folder();
+    let cube = |at: usize| format!("{{\"min\":[{at},0,0],\"max\":[{at}.75,1,1]}}\n");
+    let boxes: String = (0..4020).map(cube).collect();
+    folder.write("many.jsonl", boxes + r#"{"min":[0,0,0],"max":["1e-44",0,0]}"#);
+    folder.ok("cull --boxes many.jsonl --camera camera.json --repeat 1 --html many.html");
+    let page = String::from_utf8(folder.read("many.html")).unwrap();
+    assert!(page.contains("Left out:</b> at both ends, sizes that fewer than"), "sizes");
+    assert!(page.contains("<p class='sub'>One camera, "), "{}", &page[..page.len().min(9000)]);
+    assert!(page.contains("One box in 2 is drawn, of 4021."));
+}
+
+#[test]
+fn boxes_may_come_from_standard_input() {
+    let folder = folder();
+    let rest = "--camera camera.json --repeat 1 --verdicts";
+    folder.ok(&format!("cull --boxes boxes.jsonl {rest} a.jsonl"));
+    let mut command = folder.command(&format!("cull --boxes - {rest} b.jsonl"));
+    command.stdin(std::fs::File::open(folder.path("boxes.jsonl")).unwrap());
+    assert!(command.output().unwrap().status.success());
+    assert_eq!(folder.read("a.jsonl"), folder.read("b.jsonl"));
+    let mut command = folder.command("cull --boxes - --camera camera.json");
+    command.stdin(std::fs::File::open(folder.path("camera.json")).unwrap());
+    let wrong = command.output().unwrap();
+    assert_eq!(wrong.status.code(), Some(3));
+    let words = String::from_utf8(wrong.stderr).unwrap();
+    assert!(words.contains("standard input: line 1"), "{words}");
+}
+
+#[test]
+fn an_orbit_begins_with_the_camera_whatever_the_boxes() {
+    let folder = folder();
+    let odd = r#"{"min":["-1e30",0,0],"max":["3e29",1,1]}"#;
+    folder.write("odd.jsonl", format!("{BOXES}{odd}\n{odd}\n"));
+    let boxes = "cull --boxes odd.jsonl --f64 --camera camera.json --repeat 1 --verdicts";
+    folder.ok(&format!("{boxes} one.jsonl"));
+    folder.ok(&format!("{boxes} orbit.jsonl --path orbit:4"));
+    let [one, orbit] = ["one.jsonl", "orbit.jsonl"]
+        .map(|name| lines(&String::from_utf8(folder.read(name)).unwrap()));
+    for (mut a, b) in orbit.into_iter().zip(one) {
+        assert_eq!(a["camera"].take(), 0);
+        a.as_object_mut().unwrap().remove("camera");
+        assert_eq!(a, b);
+    }
+}
+
+#[test]
+fn few_boxes_and_none_are_told_in_words() {
+    let folder = folder();
+    folder.write("one.jsonl", BOXES.lines().next().unwrap());
+    folder.write("none.jsonl", "");
+    let text = |name: &str| {
+        let line = format!("cull --boxes {name}.jsonl --camera camera.json --repeat 4 --html -");
+        let page = String::from_utf8(folder.ok(&line).stdout).unwrap();
+        let table = folder.ok(&line.replace(" --html -", "")).stdout;
+        (String::from_utf8(table).unwrap(), page)
+    };
+    let (one, _) = text("one");
+    assert!(one.starts_with("1 box, one camera"), "{one}");
+    let (none, page) = text("none");
+    assert!(none.starts_with("0 boxes, one camera"), "{none}");
+    let row = none.lines().find(|line| line.starts_with("p_vertex ")).unwrap();
+    assert_eq!(row.split_whitespace().filter(|word| *word == "–").count(), 3, "{row}");
+    assert!(!page.contains(">0 ns"), "{page}");
+}
+
+#[test]
+fn a_report_of_other_boxes_is_compared_with_a_warning() {
+    let folder = folder();
+    folder.write("other.jsonl", BOXES);
+    let cull = |boxes: &str, rest: &str| {
+        folder.ok(&format!("cull --boxes {boxes} --camera camera.json --repeat 1 {rest}")).stderr
+    };
+    cull("boxes.jsonl", "--json old.json");
+    assert_eq!(cull("boxes.jsonl", "--compare old.json"), "");
+    let warning = cull("other.jsonl", "--compare old.json --path dolly:2");
+    assert_eq!(warning.lines().count(), 1, "{warning}");
+    assert!(warning.contains("boxes `other.jsonl`, was `boxes.jsonl`; path `dolly:2`, was none"));
+}
+
+#[test]
 fn faulty_input_is_named() {
     let folder = folder();
     folder.fails(2, "give --camera", "cull --boxes boxes.jsonl");
@@ -296,7 +377,7 @@ fn faulty_input_is_named() {
 fn a_scene_is_measured_or_refused() {
     let folder = folder();
     folder.fails(3, "nowhere.glb", "cull nowhere.glb");
-    folder.fails(2, "camera", "cull synth:box-grid:2 --camera nobody");
+    folder.fails(2, "the scene has 1: 0 `", "cull synth:box-grid:2 --camera nobody");
     folder.ok("cull synth:box-grid:2 --json figures.json --repeat 1");
     let figures = folder.json("figures.json");
     assert_eq!(figures["settings"]["scene"], "synth:box-grid:2");

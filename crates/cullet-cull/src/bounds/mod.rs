@@ -1,4 +1,15 @@
 //! Boxes for meshes that move: never too small, whatever the pose.
+//!
+//! ```
+//! use cullet_cull::bounds::MorphBounds;
+//! use glam::DVec3;
+//!
+//! let face = [DVec3::ZERO, DVec3::X, DVec3::Y];
+//! let smile = [DVec3::ZERO, DVec3::X, DVec3::ZERO];
+//! let bounds = MorphBounds::new(&face, &[&smile]).posed(&[(0.0, 0.5)]);
+//! assert!(bounds.contains_point(DVec3::new(1.5, 0.0, 0.0))); // half a smile
+//! assert!(!bounds.contains_point(DVec3::new(1.6, 0.0, 0.0)));
+//! ```
 
 mod morph;
 mod skin;

@@ -160,7 +160,7 @@ impl Builder<'_> {
         while segments.len() < 8 {
             let cost = |segment: &Segment<'_>| match split {
                 Split::Cheapest => segment.bounds.half_area(),
-                Split::Halves => segment.items.len() as f32,
+                Split::Halves => segment.items.len() as f64,
             };
             let largest = (0..segments.len())
                 .filter(|&i| segments[i].items.len() > unit)
@@ -232,13 +232,13 @@ fn cheapest_split(items: &[Item], centers: &Box32) -> Option<(usize, usize)> {
             bin.n += 1;
         }
     }
-    let mut best: Option<(f32, usize, usize)> = None;
+    let mut best: Option<(f64, usize, usize)> = None;
     for (axis, bins) in bins.iter().enumerate() {
         let mut after = [0.0; N_BINS];
         let mut all = Bin { bounds: Box32::EMPTY, n: 0 };
         for i in (1..N_BINS).rev() {
             all = Bin { bounds: all.bounds.union(&bins[i].bounds), n: all.n + bins[i].n };
-            after[i] = all.bounds.half_area() * all.n as f32;
+            after[i] = all.bounds.half_area() * all.n as f64;
         }
         let mut all = Bin { bounds: Box32::EMPTY, n: 0 };
         for i in 1..N_BINS {
@@ -246,7 +246,7 @@ fn cheapest_split(items: &[Item], centers: &Box32) -> Option<(usize, usize)> {
             if all.n == 0 || all.n == items.len() {
                 continue;
             }
-            let cost = all.bounds.half_area() * all.n as f32 + after[i];
+            let cost = all.bounds.half_area() * all.n as f64 + after[i];
             if best.is_none_or(|(least, ..)| cost < least) {
                 best = Some((cost, axis, all.n));
             }

@@ -175,7 +175,7 @@ impl Tree {
         if !self.has_root() {
             return quality;
         }
-        let root = f64::from(self.nodes[0].bounds.union().half_area());
+        let root = self.nodes[0].bounds.union().half_area();
         let (mut areas, mut shared, mut n_children) = (0.0, 0.0, 0);
         let mut below = alloc::vec![(0, 1)];
         while let Some((index, level)) = below.pop() {
@@ -188,10 +188,10 @@ impl Tree {
                 }
                 n_children += 1;
                 let bounds = node.bounds.get(lane);
-                areas += f64::from(bounds.half_area());
+                areas += bounds.half_area();
                 for other in lane + 1..8 {
                     let common = bounds.intersection(&node.bounds.get(other));
-                    shared += common.map_or(0.0, |common| f64::from(common.half_area()));
+                    shared += common.map_or(0.0, |common| common.half_area());
                 }
                 if let Some(node) = child.node() {
                     below.push((node, level + 1));

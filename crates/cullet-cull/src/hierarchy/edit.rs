@@ -5,6 +5,11 @@
 //! Searching", 1984) and splits the leaf it finds full. When that has made a path longer than
 //! twice what balance asks for, the lowest node on it that is to blame is built anew (Galperin and
 //! Rivest, "Scapegoat Trees", 1993), so that no order of insertions makes a tree deep or slow.
+//!
+//! Stored boxes grow with their distance from the one origin they count from, and f32 does not
+//! give back what they were. So an insertion far from it waits beside the tree, as it is, until there
+//! are enough of them to ask whether the origin should follow ([`Tree::settle`]); [`Tree::refit`],
+//! which is given the boxes again, asks each time.
 
 use alloc::vec::Vec;
 
@@ -22,6 +27,12 @@ fn link(node: usize, lane: usize) -> u32 {
     (8 * node + lane) as u32
 }
 
+/// Items looked at to find an origin.
+const SAMPLES: usize = 1000;
+
+/// No more items than this wait beside a tree.
+const MOST_WAITING: usize = 1024;
+
 /// How many levels `n` items may be spread over, as a balanced tree needs at most half of them.
 fn levels_for(n: usize) -> usize {
     4 + 2 * (n.max(1).ilog2() as usize).div_ceil(3)
@@ -30,6 +41,9 @@ fn levels_for(n: usize) -> usize {
 impl Tree {
     /// Item `i` takes `boxes[i]`; numbers without an item are passed over.
     pub fn refit(&mut self, boxes: &[Aabb]) {
+        if let Some(space) = self.space_around(boxes).filter(|s| s.is_far_from(&self.space)) {
+            self.respace(space, boxes.len());
+        }
         let mut moved = Vec::new(); // in, out or beside
         for (id, bounds) in boxes.iter().enumerate().take(self.places.len()) {
             match (self.space.store(bounds), self.places[id]) {
@@ -38,9 +52,21 @@ impl Tree {
                     self.groups[slot as usize / 8].set(slot as usize % 8, &stored);
                 }
                 (Stored::Beside, Place::Beside(index)) => self.beside[index as usize].1 = *bounds,
+                (Stored::Bounded(stored), Place::Beside(index)) if stored.is_far() => {
+                    self.beside[index as usize].1 = *bounds;
+                }
                 _ => moved.push(id as u32),
             }
         }
+        self.fit_nodes();
+        for id in moved {
+            self.remove(id);
+            self.insert(id, &boxes[id as usize]);
+        }
+    }
+
+    /// Fits the boxes of all nodes to what lies below them.
+    fn fit_nodes(&mut self) {
         let mut order = self.nodes_below(0);
         while let Some(index) = order.pop() {
             for lane in 0..8 {
@@ -52,9 +78,49 @@ impl Tree {
             }
         }
         self.bounds = around(&self.groups);
-        for id in moved {
+    }
+
+    /// A space around some of the items, those in `moved` as they are there; `None` without a
+    /// finite box.
+    fn space_around(&self, moved: &[Aabb]) -> Option<Space> {
+        let step = self.places.len().div_ceil(SAMPLES).max(1);
+        let places = self.places.iter().enumerate().step_by(step);
+        let mut sample: Vec<Aabb> = places
+            .filter_map(|(id, place)| match (place, moved.get(id)) {
+                (Place::Nowhere, _) | (Place::Empty, None) => None,
+                (_, Some(bounds)) => Some(*bounds),
+                (Place::Beside(index), None) => Some(self.beside[*index as usize].1),
+                (Place::Slot(slot), None) => {
+                    let (group, lane) = split(*slot);
+                    Some(self.space.restore(&self.groups[group].get(lane)))
+                }
+            })
+            .collect();
+        sample.retain(|b| b.min.is_finite() && b.max.is_finite() && !b.is_empty());
+        (!sample.is_empty()).then(|| Space::around(&sample))
+    }
+
+    /// Stored boxes count from another origin from now on, those of items below `n_moved` as soon as
+    /// the caller has stored them. The others are stored as far as they are known: grown twice.
+    fn respace(&mut self, space: Space, n_moved: usize) {
+        let old = core::mem::replace(&mut self.space, space);
+        let mut too_far = Vec::new();
+        for slot in 0..self.ids.len() {
+            let id = self.ids[slot];
+            if id == Tree::NO_ITEM || (id as usize) < n_moved {
+                continue;
+            }
+            let bounds = old.restore(&self.groups[slot / 8].get(slot % 8));
+            match space.store(&bounds) {
+                Stored::Bounded(stored) => self.groups[slot / 8].set(slot % 8, &stored),
+                _ => too_far.push((id, bounds)),
+            }
+        }
+        self.fit_nodes();
+        for (id, bounds) in too_far {
             self.remove(id);
-            self.insert(id, &boxes[id as usize]);
+            self.n_items += 1;
+            self.put_beside(id, &bounds);
         }
     }
 
@@ -70,13 +136,53 @@ impl Tree {
             self.bounds = Box32::EMPTY;
         }
         match self.space.store(bounds) {
+            Stored::Bounded(stored) if stored.is_far() => {
+                self.put_beside(id, bounds);
+                self.n_waiting += 1;
+                let n_slots = self.ids.len() - 8 * self.free_groups.len();
+                if self.n_waiting > (8 + n_slots / 8).min(MOST_WAITING) {
+                    self.settle();
+                }
+            }
             Stored::Bounded(bounds) => self.insert_stored(Item { bounds, id }),
             Stored::Empty => self.places[place] = Place::Empty,
-            Stored::Beside => {
-                self.places[place] = Place::Beside(self.beside.len() as u32);
-                self.beside.push((id, *bounds));
+            Stored::Beside => self.put_beside(id, bounds),
+        }
+    }
+
+    /// Takes what waits beside the tree into it: with an origin around all items, if that suits at
+    /// least half of those who wait, and as they are, grown by their distance, otherwise.
+    ///
+    /// An origin follows when most items have gone elsewhere, so a tree that is grown by insertion
+    /// pays for this but a few times: each time as much as for all insertions since the last.
+    fn settle(&mut self) {
+        self.n_waiting = 0;
+        if let Some(space) = self.space_around(&[]) {
+            let stored = |space: &Space| {
+                let store = |(_, bounds): &(u32, Aabb)| match space.store(bounds) {
+                    Stored::Bounded(stored) => Some(stored),
+                    _ => None,
+                };
+                self.beside.iter().filter_map(store).collect::<Vec<Box32>>()
+            };
+            let n_waiting = stored(&self.space).len();
+            let n_suited = stored(&space).iter().filter(|stored| !stored.is_far()).count();
+            if 2 * n_suited >= n_waiting {
+                self.respace(space, 0);
             }
         }
+        for (id, bounds) in self.beside.clone() {
+            if let Stored::Bounded(bounds) = self.space.store(&bounds) {
+                self.remove(id);
+                self.n_items += 1;
+                self.insert_stored(Item { bounds, id });
+            }
+        }
+    }
+
+    fn put_beside(&mut self, id: u32, bounds: &Aabb) {
+        self.places[id as usize] = Place::Beside(self.beside.len() as u32);
+        self.beside.push((id, *bounds));
     }
 
     /// Takes item `id` away, if there is one.

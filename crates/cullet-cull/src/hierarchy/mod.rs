@@ -48,6 +48,35 @@ use crate::wide::{Level, Space, Stored};
 use crate::{Aabb, Frustum, PlaneMask, Ray, Sphere};
 
 /// Boxes in a tree, known by number.
+///
+/// ```
+/// use cullet_cull::wide::Level;
+/// use cullet_cull::{Aabb, Frustum, Hierarchy};
+/// # use cullet_transform::{Camera, Projection};
+/// # use glam::DVec3;
+/// # let lens = Projection::Perspective { yfov: 1.0, near: 0.1, far: 100.0 };
+/// # let camera = Camera::look_at(DVec3::ZERO, DVec3::NEG_Z, DVec3::Y, lens)?;
+/// let cube = |z: f64| Aabb { min: DVec3::new(0.0, 0.0, z), max: DVec3::new(1.0, 1.0, z + 1.0) };
+/// let mut boxes: Vec<Aabb> = (0..1000).map(|i| cube(f64::from(i))).collect();
+/// let mut tree = Hierarchy::build(&boxes);
+/// let frustum = Frustum::from_camera(&camera, 1.0);
+/// let level = Level::new(); // once per process
+/// assert!(tree.visible(&frustum, level).is_empty()); // all is behind the eye
+/// boxes[7] = cube(-20.0);
+/// tree.refit(&boxes);
+/// tree.walk(&frustum, level, |ids, cutting| {
+///     assert!(ids == [7] && cutting.is_empty()); // wholly inside: nothing to clip
+/// });
+/// # Ok::<(), cullet_transform::CameraError>(())
+/// ```
+///
+/// # One origin
+///
+/// All boxes of a tree are stored relative to one origin, the median of their centres, and grow by
+/// 2^-21 of their distance from it along each axis, plus a rounding (see
+/// [`wide`](crate::wide#why-f32-can-be-trusted)). That is nothing for a world in one place. Of two
+/// places 10^8 units apart it is 48 units for all boxes of the smaller one: nothing is lost there, but
+/// much is kept that the camera does not see. Such a world wants a tree for each place.
 #[derive(Clone, Debug)]
 pub struct Hierarchy {
     tree: Tree,
@@ -63,6 +92,9 @@ impl Hierarchy {
     }
 
     /// The same tree, built by as many threads as `join` cares to use.
+    ///
+    /// # Panics
+    /// With more than 2^32 - 16 boxes.
     pub fn build_with(boxes: &[Aabb], join: &Join<'_>) -> Hierarchy {
         assert!(boxes.len() <= u32::MAX as usize - 15, "items are numbered in 32 bits");
         let space = Space::around(boxes);
@@ -98,6 +130,7 @@ impl Hierarchy {
                 parents,
                 places,
                 beside,
+                n_waiting: 0,
                 free_nodes,
                 free_groups,
                 n_items,
@@ -120,7 +153,9 @@ impl Hierarchy {
     ///
     /// The answer is that of [`Boxes8::cutting_into`](crate::wide::Boxes8::cutting_into): all that
     /// [`planes_cutting`](crate::planes_cutting) keeps, and what lies within the rounding of f32
-    /// beside it.
+    /// beside it: 16 units of 2^-24 of the sizes of the terms, and these count from the
+    /// [origin](Hierarchy#one-origin) of the tree, not from the eye. Boxes far from where most are
+    /// look larger than they are.
     pub fn walk(
         &self,
         frustum: &Frustum,
@@ -229,8 +264,8 @@ impl Hierarchy {
 
     /// The item that `ray` meets first, and the parameter where it does.
     ///
-    /// `hit` knows the items: it returns where the ray meets one, within its box, or `None`. Of
-    /// equally near items the one with the lowest number is it.
+    /// `hit` knows the items: it returns where the ray meets one, within its box, or `None`; NaN
+    /// is no hit either. Of equally near items the one with the lowest number is it.
     pub fn nearest(
         &self,
         ray: &Ray,
@@ -243,7 +278,9 @@ impl Hierarchy {
     /// beyond the slice stay.
     ///
     /// The tree keeps its shape, so the farther things move the worse it gets; compare
-    /// [`Quality::cost`] and build anew when it has grown by half.
+    /// [`Quality::cost`] and build anew when it has grown by half. The [origin](Hierarchy#one-origin)
+    /// follows, once the median of a sample has moved by a multiple of what half of the boxes keep to;
+    /// items beyond the slice are then stored anew from what was stored of them, a little larger.
     pub fn refit(&mut self, boxes: &[Aabb]) {
         self.tree.refit(boxes);
     }
@@ -251,6 +288,15 @@ impl Hierarchy {
     /// Adds item `id`, or gives it another box if there is one of that number.
     ///
     /// Numbers should be small: the tree remembers a place for each up to the largest.
+    ///
+    /// What is inserted more than a thousand times as far out as half of the boxes at the time is
+    /// tested by itself at first, in f64. When an eighth of the tree waits like this, or 1024 items,
+    /// the [origin](Hierarchy#one-origin) moves to the median of a sample, if that suits most of them,
+    /// and all join the tree. So the first insertions do not decide where it is precise; but boxes
+    /// that were stored when it was precise elsewhere stay as large as they were stored.
+    ///
+    /// # Panics
+    /// With an `id` of 2^32 - 16 or more.
     pub fn insert(&mut self, id: u32, bounds: &Aabb) {
         assert!(id < u32::MAX - 15, "items are numbered in 32 bits");
         self.tree.remove(id);

@@ -42,7 +42,8 @@ pub(super) fn hits(tree: &Tree, ray: &Ray, visit: &mut dyn FnMut(u32, (f64, f64)
     }
 }
 
-/// The item that `hit` puts nearest, and where; of equals the one with the lowest number.
+/// The item that `hit` puts nearest, and where; of equals the one with the lowest number. NaN is no
+/// hit.
 pub(super) fn nearest(
     tree: &Tree,
     ray: &Ray,
@@ -50,7 +51,7 @@ pub(super) fn nearest(
 ) -> Option<(u32, f64)> {
     let mut best: Option<(u32, f64)> = None;
     let mut try_item = |id: u32, best: &mut Option<(u32, f64)>| {
-        if let Some(t) = hit(id) {
+        if let Some(t) = hit(id).filter(|t| !t.is_nan()) {
             let is_nearer =
                 best.is_none_or(|(other, nearest)| t < nearest || t == nearest && id < other);
             if is_nearer {

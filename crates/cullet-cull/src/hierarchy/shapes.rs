@@ -71,11 +71,13 @@ pub fn overlap_cone(cone: &Cone, bounds: &Aabb) -> Overlap {
         let from_apex = point - cone.apex;
         let along = from_apex.dot(cone.direction);
         let across = length(from_apex - along * cone.direction);
+        // The subtraction rounds relative to the difference, not to the coordinates.
         (across * cos - along * sin, ROUNDING * length(from_apex))
     };
-    let radius = length(bounds.half_extent());
-    let (distance, doubt) = off(bounds.center());
-    if distance - doubt > radius * (1.0 + ROUNDING) {
+    // Measured from the centre as it was rounded: far from zero that is not the middle.
+    let ball = Sphere::around(bounds);
+    let (distance, doubt) = off(ball.center);
+    if distance - doubt > ball.radius * (1.0 + ROUNDING) {
         return Overlap::Outside;
     }
     let is_convex = cone.half_angle <= core::f64::consts::FRAC_PI_2;

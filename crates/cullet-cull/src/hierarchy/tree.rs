@@ -153,8 +153,10 @@ pub(super) struct Tree {
     pub parents: Vec<u32>,
     /// By item.
     pub places: Vec<Place>,
-    /// Items that have no stored box, with the box they have.
+    /// Items that have no stored box, or are too far out for a good one, with the box they have.
     pub beside: Vec<(u32, Aabb)>,
+    /// How many of the latter came since it was last asked where to put them.
+    pub n_waiting: usize,
     pub free_nodes: Vec<u32>,
     pub free_groups: Vec<u32>,
     pub n_items: usize,

@@ -9,6 +9,26 @@ use crate::{Aabb, Frustum, PlaneMask, planes_cutting};
 
 /// Boxes as a frustum likes them: f32, groups of eight, 24 bytes a box.
 ///
+/// ```
+/// use cullet_cull::wide::{Boxes8, Level};
+/// use cullet_cull::{Aabb, Frustum};
+/// # use cullet_transform::{Camera, Projection};
+/// # use glam::DVec3;
+/// # let lens = Projection::Perspective { yfov: 1.0, near: 0.1, far: 100.0 };
+/// # let camera = Camera::look_at(DVec3::ZERO, DVec3::NEG_Z, DVec3::Y, lens)?;
+/// let cube = |z: f64| Aabb { min: DVec3::new(0.0, 0.0, z), max: DVec3::new(1.0, 1.0, z + 1.0) };
+/// let boxes = Boxes8::new(&[cube(-9.0), cube(9.0), cube(-99.0)]);
+/// let level = Level::new(); // once per process
+/// let mut visible = vec![0; boxes.n_groups()];
+/// boxes.visible_into(&Frustum::from_camera(&camera, 1.0), level, &mut visible);
+/// assert_eq!(visible, [0b101]);
+/// # Ok::<(), cullet_transform::CameraError>(())
+/// ```
+///
+/// All boxes are stored relative to one origin, the median of their centres, and grow by 2^-21 of
+/// their distance from it along each axis: boxes 10^8 units away from most are kept although they are
+/// 48 units beside the view. A list per place, or one relative to the eye, is precise in each.
+///
 /// A box with a NaN or an infinity, or too far from the others for f32 (2^100 times their
 /// extent), is kept beside and tested by [`planes_cutting`]; there should be few of those.
 #[derive(Clone, Debug)]

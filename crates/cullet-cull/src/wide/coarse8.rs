@@ -243,8 +243,9 @@ impl Grid {
         const TINY: f64 = f32::MIN_POSITIVE as f64;
         let far = plane.normal.map(|n| usize::from(n >= 0.0));
         let outer = f64::from(plane.outer);
-        if !outer.is_finite() {
-            return Plane16 { normal: [0.0; 3], far, offset: 2.0 };
+        if outer.is_infinite() {
+            // The plane is farther away than f32 reaches: all of the grid is on one side.
+            return Plane16 { normal: [0.0; 3], far, offset: 2.0 * outer.signum() as f32 };
         }
         let normal = plane.normal.map(f64::from);
         let sum = |of: &dyn Fn(usize) -> f64| (0..3).map(of).sum::<f64>();

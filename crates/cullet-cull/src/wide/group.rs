@@ -30,6 +30,13 @@ impl Box32 {
         })
     }
 
+    /// Whether it reaches so far out that f32 is noticeably coarse there: a thousand times what
+    /// half of all boxes keep to, if the space is theirs. False for an absent box.
+    pub fn is_far(&self) -> bool {
+        const FAR: f32 = 1024.0;
+        self.min.iter().chain(&self.max).any(|x| x.abs() > FAR)
+    }
+
     /// One of the bounds.
     #[inline(always)]
     pub fn at(&self, row: Row) -> f32 {
@@ -44,9 +51,13 @@ impl Box32 {
     }
 
     /// Half the area of the six faces, stored units; 0 for an empty box.
+    ///
+    /// In f64, which holds the square of every f32: one box of 10^20 units would make all areas around
+    /// it infinite and all splits equally bad.
     #[inline]
-    pub fn half_area(&self) -> f32 {
-        let [x, y, z] = core::array::from_fn(|i| (self.max[i] - self.min[i]).max(0.0));
+    pub fn half_area(&self) -> f64 {
+        let [x, y, z] =
+            core::array::from_fn(|i| (f64::from(self.max[i]) - f64::from(self.min[i])).max(0.0));
         x * y + y * z + z * x
     }
 
@@ -154,5 +165,7 @@ mod tests {
         let a = Box32 { min: [0.0; 3], max: [1.0, 2.0, 3.0] };
         assert_eq!(a.half_area(), 11.0);
         assert_eq!(Box32::EMPTY.half_area(), 0.0);
+        let b = Box32 { min: [-1e30; 3], max: [1e30, 1e30, 0.0] };
+        assert!((b.half_area() / 8e60 - 1.0).abs() < 1e-6);
     }
 }

@@ -58,6 +58,17 @@ impl Space {
         Space { origin, scale: libm::ldexp(1.0, (-exponent).clamp(-1000, 1000)) }
     }
 
+    /// Whether boxes that this space is around would be stored noticeably larger in `other`, which
+    /// counts from a place more than four times as far away as half of them reach; or its
+    /// unit does not suit them at all.
+    pub fn is_far_from(&self, other: &Space) -> bool {
+        const UNITS: f64 = (1_u64 << 32) as f64;
+        let away = (self.origin - other.origin).abs().max_element() * self.scale;
+        let units = self.scale / other.scale;
+        let suits = away <= 4.0 && (1.0 / UNITS..=UNITS).contains(&units);
+        !suits // also where numbers do not reach
+    }
+
     /// The f32 twin of `bounds`, which contains it.
     pub fn store(&self, bounds: &Aabb) -> Stored {
         if bounds.is_nan() {

@@ -1,7 +1,10 @@
 //! Trees that change stay sound and give the answers of a tree built anew.
 
+use std::collections::HashSet;
+
 use cullet_cull::wide::{Boxes8, Level, reference};
-use cullet_cull::{Aabb, Hierarchy};
+use cullet_cull::{Aabb, Frustum, Hierarchy, p_vertex_visible};
+use cullet_transform::{Camera, Projection};
 use glam::DVec3;
 
 use crate::walk::{sets, verdicts};
@@ -100,6 +103,95 @@ fn a_tree_grown_by_insertion_is_shallow() {
         assert!(quality.depth <= 14, "{name}: {quality:?}");
         assert!(quality.leaf_fill > 0.4, "{name}: {quality:?}");
     }
+}
+
+/// Unit cubes around `at`.
+fn cubes(random: &mut Random, n: usize, at: DVec3) -> Vec<Aabb> {
+    let cube = |center: DVec3| Aabb { min: at + center - 0.5, max: at + center + 0.5 };
+    (0..n).map(|_| cube(random.point(300.0).round())).collect()
+}
+
+/// The numbers of visible boxes: by the tree, and by f64.
+fn n_visible(tree: &Hierarchy, boxes: &[Aabb], at: DVec3) -> (usize, usize) {
+    let lens = Projection::Perspective { yfov: 1.0, near: 0.1, far: 1000.0 };
+    let eye = at + DVec3::new(0.0, 0.0, 100.0);
+    let camera = Camera::look_at(eye, at, DVec3::Y, lens).expect("a camera");
+    let frustum = Frustum::from_camera(&camera, 1.0);
+    let found: HashSet<u32> =
+        tree.visible(&frustum, Level::new()).into_iter().map(|(id, _)| id).collect();
+    let exact = (0..).zip(boxes).filter(|(_, b)| p_vertex_visible(b, &frustum));
+    let exact: HashSet<u32> = exact.map(|(id, _)| id).collect();
+    assert!(exact.is_subset(&found));
+    (found.len(), exact.len())
+}
+
+#[test]
+fn a_world_that_moves_away_takes_its_origin_along() {
+    let mut random = Random(41);
+    let far = DVec3::new(1e8, -1e8, 1e8);
+    let mut boxes = cubes(&mut random, 5000, DVec3::ZERO);
+    let mut tree = Hierarchy::build(&boxes);
+    boxes.iter_mut().for_each(|b| *b = b.relative_to(-far));
+    tree.refit(&boxes);
+    tree.validate().unwrap();
+    let (found, exact) = n_visible(&tree, &boxes, far);
+    assert!(exact > 300 && found <= exact + exact / 100, "{found} {exact}");
+    // Three quarters move back, the rest stays as it was stored.
+    boxes.iter_mut().for_each(|b| *b = b.relative_to(far));
+    tree.refit(&boxes[..3750]);
+    tree.validate().unwrap();
+    let (found, exact) = n_visible(&tree, &boxes[..3750], DVec3::ZERO);
+    assert!(exact > 300 && found <= exact + exact / 100, "{found} {exact}");
+    // A world that stays keeps its bits.
+    let before = tree.quality();
+    tree.refit(&boxes[..3750]);
+    assert_eq!(tree.quality(), before);
+}
+
+#[test]
+fn the_first_insertions_do_not_decide_where_the_tree_is_precise() {
+    let mut random = Random(42);
+    let far = DVec3::splat(1e8);
+    for n_far in [1, 5, 30] {
+        let mut boxes = cubes(&mut random, n_far, far);
+        boxes.extend(cubes(&mut random, 5000, DVec3::ZERO));
+        let mut tree = Hierarchy::build(&[]);
+        for (id, bounds) in boxes.iter().enumerate() {
+            tree.insert(id as u32, bounds);
+        }
+        tree.validate().unwrap();
+        assert_eq!(tree.len(), boxes.len());
+        assert!(tree.quality().n_items + 1024 > boxes.len());
+        let (found, exact) = n_visible(&tree, &boxes, DVec3::ZERO);
+        // Some joined the tree while it was precise elsewhere.
+        assert!(exact > 300 && found <= exact + exact / 100 + 4 * n_far, "{found} {exact}");
+    }
+}
+
+#[test]
+fn two_places_share_a_tree_without_a_long_list_beside_it() {
+    let mut random = Random(43);
+    let far = DVec3::splat(1e8);
+    let (here, there) = (cubes(&mut random, 3000, DVec3::ZERO), cubes(&mut random, 9000, far));
+    let mut tree = Hierarchy::build(&here);
+    for (id, bounds) in (3000..).zip(&there) {
+        tree.insert(id, bounds);
+        if id % 500 == 0 {
+            assert!(tree.len() - tree.quality().n_items <= 1024);
+        }
+    }
+    tree.validate().unwrap();
+    let (boxes, n_all) = ([here, there].concat(), 12_000);
+    assert_eq!(tree.len(), n_all);
+    n_visible(&tree, &boxes, DVec3::ZERO);
+    let (found, exact) = n_visible(&tree, &boxes, far);
+    // The origin has followed most boxes: what came after is precise.
+    assert!(found < exact + 6000, "{found} {exact}");
+    for id in 0..n_all as u32 {
+        assert!(tree.remove(id));
+    }
+    tree.validate().unwrap();
+    assert!(tree.is_empty());
 }
 
 #[test]

@@ -153,6 +153,33 @@ fn overlaps_agree_with_points() {
     }
 }
 
+/// Boxes a few ulps wide have their rounded centre on, or beside, their faces; a cone that is next
+/// to nothing but its axis touches them at a corner.
+#[test]
+fn thin_cones_touch_the_corners_of_thin_boxes() {
+    let mut random = Random(36);
+    for round in 0..4000 {
+        let size = 10_f64.powi(random.below(20) as i32 - 4);
+        let min = random.point(size);
+        let step = |x: f64, n: usize| (0..n).fold(x, |x, _| x.next_up());
+        let max = DVec3::from_array(min.to_array().map(|x| step(x, random.below(4))));
+        let bounds = Aabb { min, max };
+        let corner = bounds.corners()[random.below(8)];
+        let axis = random.below(3);
+        let direction = if round % 2 == 0 { DVec3::AXES[axis] } else { -DVec3::AXES[axis] };
+        // Along an axis from where the other coordinates are those of the corner, exactly.
+        let mut apex = corner;
+        apex[axis] -= direction[axis] * size.max(1.0);
+        let cone = Cone { apex, direction, half_angle: 1e-9, range: 100.0 * size.max(1.0) };
+        assert_ne!(overlap_cone(&cone, &bounds), Overlap::Outside, "{cone:?} {bounds:?}");
+    }
+    let max = DVec3::new(1e8_f64.next_up(), 0.0, 0.0);
+    let bounds = Aabb { min: DVec3::X * 1e8, max };
+    let apex = max - DVec3::Y;
+    let cone = Cone { apex, direction: DVec3::Y, half_angle: 1e-9, range: 10.0 };
+    assert_eq!(overlap_cone(&cone, &bounds), Overlap::Partly);
+}
+
 fn ray(random: &mut Random, boxes: &[Aabb]) -> Ray {
     let pick = |random: &mut Random| {
         let center = boxes.get(random.below(boxes.len().max(1))).map_or(DVec3::ZERO, Aabb::center);
@@ -219,4 +246,21 @@ fn the_nearest_hit_does_not_ask_everybody() {
         });
     }
     assert!(n_asked < 100 * 60, "{n_asked}");
+}
+
+#[test]
+fn nan_is_no_hit() {
+    let cube = |at: f64| Aabb { min: DVec3::splat(at), max: DVec3::splat(at + 1.0) };
+    let mut boxes: Vec<Aabb> = (0..50).map(|i| cube(f64::from(i))).collect();
+    boxes.push(Aabb::INFINITE); // kept beside the tree
+    let tree = Hierarchy::build(&boxes);
+    let ray = Ray { origin: DVec3::splat(-1.0), direction: DVec3::ONE };
+    for nan in [0, 3, 49, 50] {
+        let enter = |id: u32| ray_aabb(&ray, &boxes[id as usize]).map(|(enter, _)| enter);
+        let hit = |id| if id == nan { Some(f64::NAN) } else { enter(id).map(|t| t.max(0.0)) };
+        let first = (0..51).filter_map(|id| hit(id).map(|t| (id, t))).filter(|(_, t)| !t.is_nan());
+        let first = first.min_by(|a, b| a.1.total_cmp(&b.1));
+        assert_eq!(tree.nearest(&ray, hit), first, "{nan}");
+    }
+    assert_eq!(tree.nearest(&ray, |_| Some(f64::NAN)), None);
 }

@@ -1,7 +1,7 @@
 //! The tree against the flat test: the same items, the same masks.
 
 use crate::worlds::{Random, cameras, city, degenerate, odd_boxes, random_boxes};
-use cullet_cull::wide::{Boxes8, levels, reference};
+use cullet_cull::wide::{Boxes8, Level, levels, reference};
 use cullet_cull::{Aabb, Counts, Frustum, Hierarchy, MAX_LEVELS, PlaneMask, WalkStats};
 use cullet_transform::{Camera, Projection};
 use glam::DVec3;
@@ -162,7 +162,7 @@ fn near_comes_before_far() {
     let boxes = random_boxes(&mut Random(15), 3000, 100.0, 1.0);
     let tree = Hierarchy::build(&boxes);
     for frustum in cameras(&mut Random(16), &boxes, 10) {
-        let along = |id: u32| frustum.planes[4].normal.dot(boxes[id as usize].center());
+        let along = |id: u32| frustum.planes()[4].normal.dot(boxes[id as usize].center());
         let order = |near: bool| {
             let mut depths = vec![];
             let visit = |ids: &[u32], _| depths.extend(ids.iter().map(|id| along(*id)));
@@ -228,5 +228,28 @@ fn a_million_on_top_of_each_other() {
             let n: u32 = bits.iter().map(|byte| byte.count_ones()).sum();
             assert_eq!(stats.n_visible, u64::from(n), "{name}");
         }
+    }
+}
+
+/// One box without measure must not spoil the tree of all others.
+#[test]
+fn a_huge_box_leaves_the_tree_as_good_as_it_was() {
+    let mut random = Random(6);
+    let mut boxes = random_boxes(&mut random, 20_000, 500.0, 4.0);
+    let frusta = cameras(&mut random, &boxes, 10);
+    let n_tested = |boxes: &[Aabb]| {
+        let tree = Hierarchy::build(boxes);
+        let mut n_tested = 0;
+        for frustum in &frusta {
+            n_tested += tree.walk(frustum, Level::new(), |_, _| {}).nodes.tested;
+        }
+        (n_tested, tree.quality().depth)
+    };
+    let (plain, depth) = n_tested(&boxes);
+    for size in [1e6, 1e18, 1e24, 1e30] {
+        boxes.push(Aabb { min: DVec3::splat(-size), max: DVec3::splat(size) });
+        let (with_one, deeper) = n_tested(&boxes);
+        boxes.pop();
+        assert!(with_one < plain + plain / 3 && deeper <= depth + 1, "{size}: {with_one} {plain}");
     }
 }

@@ -2,7 +2,8 @@
 
 use crate::worlds::{Random, cameras, city, odd_boxes, random_boxes};
 use cullet_cull::wide::{Boxes8, Coarse8, Level, levels, reference};
-use cullet_cull::{Aabb, PlaneMask, planes_cutting};
+use cullet_cull::{Aabb, Frustum, PlaneMask, planes_cutting};
+use cullet_transform::{Camera, Projection};
 use glam::DVec3;
 
 /// One list of boxes from every corner of the trade.
@@ -91,8 +92,8 @@ fn knife_edges_are_never_lost() {
             let index = random.below(5);
             let pick = |random: &mut Random| random.within(-1.0, 1.0) * extent;
             let p = DVec3::from_array(std::array::from_fn(|_| pick(&mut random)));
-            let plane = frustum.planes[index];
-            let distance = plane.distance(p - frustum.origin);
+            let plane = frustum.planes()[index];
+            let distance = plane.distance(p - frustum.origin());
             let off = random.within(-1.0, 1.0) * 4e-7 * extent;
             let corner = p - plane.normal * (distance - off);
             let size = DVec3::from_array(std::array::from_fn(|_| random.unit())) * extent * 0.1;
@@ -111,5 +112,34 @@ fn knife_edges_are_never_lost() {
         wide.visible_into(&frustum, Level::new(), &mut plain);
         Coarse8::new(wide).visible_into(&frustum, Level::new(), &mut coarse);
         assert_eq!(coarse, plain, "{round}");
+    }
+}
+
+/// An eye so far away that a plane's distance in stored units is beyond f32.
+#[test]
+fn the_grid_follows_planes_beyond_the_range_of_f32() {
+    let cube = |i: i32| {
+        let min = DVec3::splat(f64::from(i) * 1e-10);
+        Aabb { min, max: min + 1e-10 }
+    };
+    let boxes: Vec<Aabb> = (0..16).map(cube).collect();
+    let wide = Boxes8::new(&boxes);
+    let coarse = Coarse8::new(wide.clone());
+    for distance in [1e20, 1e28, 1e30, 1e200] {
+        for (eye, forward) in [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)] {
+            let lens = Projection::Perspective { yfov: 1.0, near: 0.1, far: f64::INFINITY };
+            let eye = DVec3::Z * eye * distance;
+            let target = eye + DVec3::Z * forward * distance;
+            let camera = Camera::look_at(eye, target, DVec3::Y, lens).expect("a camera");
+            let frustum = Frustum::from_camera(&camera, 1.0);
+            for (name, level) in levels() {
+                let (mut plain, mut again) = ([0xaa; 2], [0xaa; 2]);
+                wide.visible_into(&frustum, level, &mut plain);
+                coarse.visible_into(&frustum, level, &mut again);
+                assert_eq!(again, plain, "{name} {eye} {forward}");
+                let is_before = eye.z * forward < 0.0;
+                assert_eq!(plain, if is_before { [0xff; 2] } else { [0; 2] }, "{name} {eye}");
+            }
+        }
     }
 }

@@ -110,7 +110,7 @@ impl Map<'_> {
             .filter(|p| p.is_finite())
             .map(|p| format!("{:.1},{:.1}", p.x, p.y))
             .collect();
-        let eye = place(projection.of(self.frustum.origin));
+        let eye = place(projection.of(self.frustum.origin()));
         let _ = write!(body, "<polygon class='frustum' points='{}'/>", outline.join(" "));
         if self.eye && eye.is_finite() {
             let _ = write!(body, "<circle class='eye' cx='{:.1}' cy='{:.1}' r='4'/>", eye.x, eye.y);
@@ -138,8 +138,8 @@ impl Map<'_> {
             self.boxes.iter().filter(finite).map(|bounds| projection.rect(bounds)).collect();
         // The eye, or where the volume begins.
         let eye = match self.eye {
-            true => self.frustum.origin,
-            false => self.frustum.origin + self.frustum.corners[0].truncate(),
+            true => self.frustum.origin(),
+            false => self.frustum.origin() + self.frustum.corners()[0].truncate(),
         };
         let eye = projection.of(eye);
         let eye = if eye.is_finite() { eye } else { DVec2::ZERO };
@@ -169,16 +169,16 @@ impl Map<'_> {
 
 /// The corners of the view volume, those at infinity at a distance of `reach`.
 fn corners(frustum: &Frustum, reach: f64) -> Vec<DVec3> {
-    let near = |i: usize| frustum.corners[i & 3].truncate();
+    let near = |i: usize| frustum.corners()[i & 3].truncate();
     let corner = |i: usize| {
-        let corner = frustum.corners[i];
+        let corner = frustum.corners()[i];
         let point = match corner.w {
             w if w > 0.0 => corner.truncate() / w,
             0.0 => near(i) + corner.truncate().normalize_or_zero() * reach,
             // Beyond the horizon: the edge leads away from there.
             w => near(i) + (near(i) - corner.truncate() / w).normalize_or_zero() * reach,
         };
-        frustum.origin + point
+        frustum.origin() + point
     };
     (0..8).map(corner).collect()
 }

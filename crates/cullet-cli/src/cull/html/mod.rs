@@ -3,6 +3,7 @@
 mod map;
 mod svg;
 
+use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use base64::Engine;
@@ -11,7 +12,7 @@ use cullet::transform::Plane;
 use cullet::{Frame, Renderer, Settings, View};
 
 use super::downstream::{Mode, ms, saved_percent};
-use super::measure::Figures;
+use super::measure::{Figures, SizeFigures};
 use super::sweep::{Metric, metrics};
 use super::verdicts::TESTS;
 use super::waste::Waste;
@@ -74,8 +75,9 @@ fn escape(text: &str) -> String {
 /// The whole page.
 pub fn page(args: &CullArgs, measured: Option<&Measured>, wastes: &[Waste]) -> String {
     let scene = args.scene.as_ref().or(args.boxes.as_ref());
-    let name = scene.map_or("generated boxes".into(), |path| {
-        path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
+    let name = scene.map_or("generated boxes".into(), |path| match path.to_str() {
+        Some("-") => "standard input".into(),
+        _ => path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned(),
     });
     let mut body = format!("<h1>Culling {}</h1>\n", escape(&name));
     match measured {
@@ -128,8 +130,8 @@ fn about(args: &CullArgs, measured: &Measured) -> String {
             escape(&report::path_name(path)),
             measured.focus
         ),
-        _ if args.clip_from_world.is_some() => "one frustum, from a matrix".to_owned(),
-        _ => format!("one camera, <b>{}</b>", escape(&args.camera)),
+        _ if args.clip_from_world.is_some() => "One frustum, from a matrix".to_owned(),
+        _ => format!("One camera, <b>{}</b>", escape(&args.camera)),
     };
     let mut page =
         format!("<p class='sub'>{cameras}. One thread, wide tests by {}.</p>\n", measured.simd);
@@ -195,7 +197,7 @@ fn maps(measured: &Measured) -> String {
         eye: shot.camera.is_some(),
     };
     let forward =
-        shot.camera.map_or(shot.frustum.planes[Plane::Near.index()].normal, |c| -c.back());
+        shot.camera.map_or(shot.frustum.planes()[Plane::Near.index()].normal, |c| -c.back());
     let (mut keys, mut switches, mut rules) = (String::new(), String::new(), String::new());
     let figures = &measured.shown[measured.focus].figures;
     for (i, (fate, n)) in
@@ -235,7 +237,7 @@ fn maps(measured: &Measured) -> String {
     let step = n.div_ceil(MOST_BOXES).max(1);
     let shown = match step {
         1 => String::new(),
-        _ => format!(" Every {step}th of the {n} boxes is drawn."),
+        _ => format!(" One box in {step} is drawn, of {n}."),
     };
     let text = format!(
         "Each box in the colour of its verdict; a box outside several planes has the colour of the \
@@ -308,7 +310,11 @@ fn costs(sum: &Figures, simd: &str) -> String {
         (format!("p-vertex x8 {simd}"), sum.flat.ns),
         ("16-bit bounds first".to_owned(), sum.coarse.ns),
     ]);
+    let has_boxes = sum.fates.iter().any(|n| *n > 0);
     let bar = |(label, ns): (String, super::measure::Timing)| {
+        if !has_boxes {
+            return Bar { label, parts: vec![], note: "–".into() };
+        }
         let warm = ns.warm();
         let extra = ns.cold().map_or(0.0, |cold| (cold - warm).max(0.0));
         Bar {
@@ -359,10 +365,22 @@ fn planes(figures: &Figures) -> String {
 }
 
 fn sizes(sum: &Figures) -> String {
-    let (Some((&low, _)), Some((&high, _))) =
-        (sum.sizes.first_key_value(), sum.sizes.last_key_value())
-    else {
+    let Some((low, high)) = usual_sizes(&sum.sizes) else {
         return section("Waste by size of box", "No box here has a size.", "");
+    };
+    let n_boxes =
+        |sizes: &mut dyn Iterator<Item = &SizeFigures>| sizes.map(|size| size.n_boxes).sum::<u64>();
+    let n_all = n_boxes(&mut sum.sizes.values());
+    let n_left_out = n_all - n_boxes(&mut sum.sizes.range(low..=high).map(|(_, size)| size));
+    let left_out = match (n_left_out, sum.sizes.first_key_value(), sum.sizes.last_key_value()) {
+        (1.., Some((&least, _)), Some((&most, _))) => format!(
+            " <b>Left out:</b> at both ends, sizes that fewer than one box in a thousand has ({}% of \
+             all boxes; the sizes go from {} to {}).",
+            short(percent(n_left_out, n_all)),
+            short(2f64.powi(least)),
+            short(2f64.powi(most)),
+        ),
+        _ => String::new(),
     };
     let exact = TESTS.len() - 1;
     let series = |label: &str, color, test: usize| Series {
@@ -394,10 +412,22 @@ fn sizes(sum: &Figures) -> String {
         &names,
         "% of what the test keeps is not visible",
     );
-    let text = "By the longest edge of the box, from a power of two up to the next, in units of the \
-                scene, all cameras together. Planes alone waste on boxes larger than the view, the \
-                reverse test on small ones.";
-    section("Waste by size of box", text, &body)
+    let text = format!(
+        "By the longest edge of the box, from a power of two up to the next, in units of the scene, \
+         all cameras together. Planes alone waste on boxes larger than the view, the reverse test on \
+         small ones.{left_out}"
+    );
+    section("Waste by size of box", &text, &body)
+}
+
+/// The first and the last size that at least one box in a thousand has, as powers of two: one odd box
+/// must not stretch the axis over all that floats can hold. All sizes, if none is that frequent.
+fn usual_sizes(sizes: &BTreeMap<i32, SizeFigures>) -> Option<(i32, i32)> {
+    let n_all: u64 = sizes.values().map(|size| size.n_boxes).sum();
+    let usual = |(_, size): &(&i32, &SizeFigures)| 1000 * size.n_boxes >= n_all;
+    let first = sizes.iter().find(usual).or(sizes.first_key_value());
+    let last = sizes.iter().rev().find(usual).or(sizes.last_key_value());
+    Some((*first?.0, *last?.0))
 }
 
 fn levels(measured: &Measured, figures: &Figures) -> String {
@@ -635,4 +665,27 @@ fn distributions(wastes: &[Waste]) -> String {
         bars(&chart)
     );
     section("When do the finer tests pay?", &text, &body)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_odd_size_does_not_stretch_the_axis() {
+        let sizes = |all: &[(i32, u64)]| -> BTreeMap<i32, SizeFigures> {
+            let size = |n_boxes| SizeFigures { n_boxes, ..SizeFigures::default() };
+            all.iter().map(|&(i, n_boxes)| (i, size(n_boxes))).collect()
+        };
+        assert_eq!(usual_sizes(&sizes(&[])), None);
+        assert_eq!(usual_sizes(&sizes(&[(7, 1)])), Some((7, 7)));
+        assert_eq!(
+            usual_sizes(&sizes(&[(-149, 1), (0, 500), (3, 498), (127, 1)])),
+            Some((-149, 127))
+        );
+        assert_eq!(
+            usual_sizes(&sizes(&[(-149, 1), (0, 500), (2, 1), (3, 599), (127, 1)])),
+            Some((0, 3))
+        );
+    }
 }
