@@ -10,7 +10,7 @@
 
 use cullet_raster::{BLOCK, Samples};
 use cullet_shade::Needs;
-use cullet_shade::wide::{self, ColorPlanes, Group, Out, Paint, PointPlanes, Record};
+use cullet_shade::wide::{self, ColorPlanes, Group, Out, Paint, Planes, PointPlanes, Record};
 use glam::Vec4;
 
 use crate::adaptive::AdaptiveScratch;
@@ -300,6 +300,7 @@ impl<'a> TileShader<'a> {
         let look = self.scene.look();
         let ShadeScratch { records, colors, points, left, painting, .. } = scratch;
         left.clear();
+        let planes = Planes { records, colors, points };
         for (key, count) in paints.iter().zip(counts).filter(|(_, count)| **count > 0) {
             let n = if is_one { runs.len() } else { *count as usize };
             let (own, others) = runs.split_at(n);
@@ -307,7 +308,7 @@ impl<'a> TileShader<'a> {
             let prepared = self.scene.prepared;
             let surface = prepared.surface(&prepared.items()[key.item]);
             let paint = Paint::new(&surface, key.needs, &look);
-            wide::paint(&paint, own, records, colors, points, painting, out, left);
+            wide::paint(&paint, own, &planes, painting, out, left);
         }
         if !left.is_empty() {
             self.paint_left(block, out);

@@ -21,7 +21,7 @@ mod sampler;
 mod tests;
 
 pub use cutout::Cutout;
-pub use paint::{Out, Paint, Scratch, paint};
+pub use paint::{Out, Paint, Planes, Scratch, paint};
 pub use point::PointPlanes;
 pub use record::{ColorPlanes, Group, Record, set_up};
 pub use run::Run;

@@ -78,6 +78,17 @@ impl<'a> Paint<'a> {
     }
 }
 
+/// What triangles are to their pixels, by the numbers of their records.
+#[derive(Clone, Copy, Debug)]
+pub struct Planes<'a> {
+    /// Planes that all have.
+    pub records: &'a [Record],
+    /// Of vertex colours; empty where no paint needs them.
+    pub colors: &'a [ColorPlanes],
+    /// For a light at a point; empty where there is none.
+    pub points: &'a [PointPlanes],
+}
+
 /// Where colours go. Pixels index it; alpha is 1.
 #[derive(Debug)]
 pub enum Out<'a> {
@@ -92,9 +103,7 @@ pub enum Out<'a> {
 pub fn paint(
     paint: &Paint<'_>,
     runs: &[Run],
-    records: &[Record],
-    colors: &[ColorPlanes],
-    points: &[PointPlanes],
+    planes: &Planes<'_>,
     scratch: &mut Scratch,
     out: &mut Out<'_>,
     left: &mut Vec<Run>,
@@ -112,15 +121,13 @@ pub fn paint(
         (false, Some(_)) => paint_as::<true, false>,
         (true, _) => paint_as::<true, true>,
     };
-    copy(paint, runs, records, colors, points, scratch, out, left);
+    copy(paint, runs, planes, scratch, out, left);
 }
 
 fn paint_as<const POINT: bool, const SPECIAL: bool>(
     paint: &Paint<'_>,
     runs: &[Run],
-    records: &[Record],
-    colors: &[ColorPlanes],
-    points: &[PointPlanes],
+    planes: &Planes<'_>,
     scratch: &mut Scratch,
     out: &mut Out<'_>,
     left: &mut Vec<Run>,
@@ -128,26 +135,24 @@ fn paint_as<const POINT: bool, const SPECIAL: bool>(
     let encoder = encoder();
     dispatch!(paint.simd, simd => {
         paint_all::<_, POINT, SPECIAL>(
-            simd, paint, encoder, runs, records, colors, points, &mut scratch.0, out, left,
+            simd, paint, encoder, runs, planes, &mut scratch.0, out, left,
         )
     });
 }
 
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "one call, spread by a macro")]
-#[expect(clippy::needless_range_loop, reason = "iterators over vectors may become calls")]
 fn paint_all<S: Simd, const POINT: bool, const SPECIAL: bool>(
     simd: S,
     paint: &Paint<'_>,
     encoder: &Encoder,
     runs: &[Run],
-    records: &[Record],
-    colors: &[ColorPlanes],
-    points: &[PointPlanes],
+    planes: &Planes<'_>,
     stage: &mut Stage,
     out: &mut Out<'_>,
     left: &mut Vec<Run>,
 ) {
+    let Planes { records, colors, points } = *planes;
     let is_rough = SPECIAL && paint.division == Division::Approximate;
     let is_stretched = SPECIAL && matches!(paint.texture, Some(Sampled::Stretched(_)));
     let mut rest = Rest { runs, taken: 0 };

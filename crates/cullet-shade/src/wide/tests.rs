@@ -47,7 +47,8 @@ fn sampled_by(texture: &Texture, uv: Vec2, [ddx, ddy]: [Vec2; 2], look: &Look) -
     let mut left = Vec::new();
     let run = Run { len: 1, ..Run::default() };
     let scratch = &mut Scratch::default();
-    paint(&of, &[run], &[record], &[], &[], scratch, &mut Out::Linear(&mut out), &mut left);
+    let planes = Planes { records: &[record], colors: &[], points: &[] };
+    paint(&of, &[run], &planes, scratch, &mut Out::Linear(&mut out), &mut left);
     assert!(left.is_empty());
     out[0]
 }
@@ -232,7 +233,8 @@ impl Seen<'_> {
             let of = Paint::new(&self.surface, self.needs, look);
             let mut left = Vec::new();
             let (scratch, out) = (&mut Scratch::default(), &mut Out::Linear(&mut out));
-            paint(&of, &runs, &record, &colors, &points, scratch, out, &mut left);
+            let planes = Planes { records: &record, colors: &colors, points: &points };
+            paint(&of, &runs, &planes, scratch, out, &mut left);
             all_left.extend(left.iter().map(|run| run.out));
         }
         (out, all_left)
