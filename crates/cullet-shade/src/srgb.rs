@@ -70,9 +70,9 @@ pub fn decode_exact(encoded: f64) -> f64 {
 /// Buckets are 1/128 of an octave: the curve rises by at most 0.88 of a code in one.
 const BUCKET_SHIFT: u32 = 16;
 /// The bucket of 2^-13, just below the first threshold.
-const FIRST_BUCKET: u32 = (127 - 13) << (23 - BUCKET_SHIFT);
-/// Thirteen octaves, up to 1.
-const N_BUCKETS: usize = 13 << (23 - BUCKET_SHIFT);
+const FIRST_BUCKET: usize = (127 - 13) << (23 - BUCKET_SHIFT);
+/// The bucket that begins with 1.
+const LAST_BUCKET: usize = 127 << (23 - BUCKET_SHIFT);
 
 /// The start of the first bucket.
 const SMALLEST: f32 = 1.0 / 8192.0;
@@ -81,22 +81,26 @@ const SMALLEST: f32 = 1.0 / 8192.0;
 /// missing for a carry there from the first float of the next code on: the sum with the low
 /// bits of a float has the float's code in its upper half.
 pub(crate) struct Encoder {
-    buckets: [u32; 2048], // what lies beyond 1 is never used, and spares a bounds check
+    /// One for each upper half of a float, so that it is the place, and no bounds are checked. The few
+    /// that are used lie side by side.
+    buckets: Box<[u32; 1 << 16]>,
 }
 
-static ENCODER: LazyLock<Encoder> = LazyLock::new(|| Encoder {
-    buckets: std::array::from_fn(|bucket| {
-        let first = (FIRST_BUCKET + bucket.min(N_BUCKETS) as u32) << BUCKET_SHIFT;
+static ENCODER: LazyLock<Encoder> = LazyLock::new(|| {
+    let mut buckets = vec![0; 1 << 16].into_boxed_slice();
+    for (bucket, entry) in buckets.iter_mut().enumerate().take(LAST_BUCKET + 1).skip(FIRST_BUCKET) {
+        let first = (bucket as u32) << BUCKET_SHIFT;
         let last = first + (1 << BUCKET_SHIFT) - 1;
         let code = |bits: u32| u32::from(encode8_exact(f32::from_bits(bits)));
         let next = code(first) + 1;
-        let missing = if bucket < N_BUCKETS && code(last) == next {
+        let missing = if code(last) == next {
             (1 << BUCKET_SHIFT) - (smallest_with_code(next as u8, first, last) - first)
         } else {
             0
         };
-        (code(first) << BUCKET_SHIFT) + missing
-    }),
+        *entry = (code(first) << BUCKET_SHIFT) + missing;
+    }
+    Encoder { buckets: buckets.try_into().expect("as many as there are upper halves") }
 });
 
 /// The table, for whoever has many colours to encode.
@@ -108,8 +112,12 @@ impl Encoder {
     /// The code of a float in [`SMALLEST`]`..=1`, by its bits.
     #[inline(always)]
     fn code(&self, bits: u32) -> u32 {
-        let bucket = (bits >> BUCKET_SHIFT).wrapping_sub(FIRST_BUCKET);
-        (self.buckets[bucket as usize % 2048] + (bits & 0xffff)) >> BUCKET_SHIFT
+        (self.start(bits) + (bits & 0xffff)) >> BUCKET_SHIFT
+    }
+
+    #[inline(always)]
+    fn start(&self, bits: u32) -> u32 {
+        self.buckets[usize::from((bits >> BUCKET_SHIFT) as u16)]
     }
 
     /// [`encode8`] of eights of values, in place: floats by their bits in, codes out.
@@ -119,23 +127,21 @@ impl Encoder {
     #[inline(always)]
     pub fn encode_all<S: Simd>(&self, simd: S, values: &mut [[u32; 8]]) {
         let (low, high) = (f32x8::splat(simd, SMALLEST), f32x8::splat(simd, 1.0));
-        let mut sums = [[0; 8]; MAX_EIGHTS];
+        let mut starts = [[0; 8]; MAX_EIGHTS];
         for values in values.chunks_mut(MAX_EIGHTS) {
-            for (value, sum) in values.iter_mut().zip(&mut sums) {
+            for value in &mut *values {
                 let linear: f32x8<S> = u32x8::simd_from(simd, *value).bitcast();
                 let inside = linear.simd_gt(low).select(linear, low); // NaN is low
                 let inside = inside.simd_lt(high).select(inside, high);
-                let bits = inside.bitcast::<u32x8<S>>();
-                *value = (bits & 0xffff).into();
-                *sum = ((bits >> BUCKET_SHIFT) - FIRST_BUCKET).into();
+                *value = inside.bitcast::<u32x8<S>>().into();
             }
-            let sums = &mut sums[..values.len()];
-            for sum in sums.as_flattened_mut() {
-                *sum = self.buckets[*sum as usize % 2048];
+            let starts = &mut starts[..values.len()];
+            for (start, bits) in starts.as_flattened_mut().iter_mut().zip(values.as_flattened()) {
+                *start = self.start(*bits);
             }
-            for (value, sum) in values.iter_mut().zip(sums) {
-                let sum = u32x8::simd_from(simd, *sum) + u32x8::simd_from(simd, *value);
-                *value = (sum >> BUCKET_SHIFT).into();
+            for (value, start) in values.iter_mut().zip(starts) {
+                let low_bits = u32x8::simd_from(simd, *value) & 0xffff;
+                *value = ((u32x8::simd_from(simd, *start) + low_bits) >> BUCKET_SHIFT).into();
             }
         }
     }
@@ -199,7 +205,7 @@ mod tests {
 
     #[test]
     fn fast_and_exact_agree_around_every_bucket() {
-        for bucket in FIRST_BUCKET..=FIRST_BUCKET + N_BUCKETS as u32 {
+        for bucket in FIRST_BUCKET as u32..=LAST_BUCKET as u32 {
             let bits = bucket << BUCKET_SHIFT;
             (bits - 2..=bits + 2).for_each(|bits| check(f32::from_bits(bits)));
         }

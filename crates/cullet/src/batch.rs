@@ -200,7 +200,7 @@ fn run_starts<S: Simd>(simd: S, ids: &[u32], starts: &mut [u8; STARTS]) -> usize
         let before = u32x8::from_slice(simd, &ids[first - 1..first + 7]);
         let differs = !own.simd_eq(before).to_bitmask() as u8 & 0xff << (at - first);
         let places = PLACES_OF_ONES[usize::from(differs)].wrapping_add(first as u64 * LOW_BITS);
-        starts[n..n + 8].copy_from_slice(&places.to_le_bytes());
+        *starts[n..].first_chunk_mut().expect("a margin of eight") = places.to_le_bytes();
         n += differs.count_ones() as usize;
         at = first + 8;
     }
