@@ -23,7 +23,7 @@ pub enum Metric {
     IdPpm,
     /// How much a picture twitches while it pans.
     Shimmer,
-    /// Objects kept that are outside the view, out of a million of the scene.
+    /// Objects kept more than those in the view, or fewer, out of a million of the scene.
     FalseVisible,
     /// Mean FLIP against the same picture with a light at a point that does not end.
     LightFlip,
@@ -55,11 +55,11 @@ impl Metric {
     /// For people.
     pub const fn about(self) -> &'static str {
         match self {
-            Metric::Flip => "mean FLIP against the 256-sample picture; 0.01 is hard to see",
+            Metric::Flip => "mean FLIP against the reference picture; 0.01 is hard to see",
             Metric::EdgeRmse => {
-                "root mean square error along edges (0 to 1) against the 256-sample picture"
+                "root mean square error along edges (0 to 1) against the reference picture"
             }
-            Metric::SsimLoss => "1 - SSIM against the 256-sample picture",
+            Metric::SsimLoss => "1 - SSIM against the reference picture",
             Metric::IdPpm => {
                 "pixels of a million that show another triangle than the f64 ray caster finds"
             }
@@ -68,7 +68,7 @@ impl Metric {
                  reference"
             }
             Metric::FalseVisible => {
-                "objects kept that the exact test rejects, of a million of the scene"
+                "objects kept more, or fewer, than the exact test keeps, of a million of the scene"
             }
             Metric::LightFlip => "mean FLIP against the same settings with a light that never ends",
             Metric::LightMax => {
@@ -142,7 +142,8 @@ pub fn errors(
             }
             Metric::Shimmer => shimmer(drawn, renderer),
             Metric::FalseVisible => {
-                let n_false = drawn.n_kept.saturating_sub(reference.n_visible);
+                // One that is lost is no less wrong than one that is kept.
+                let n_false = drawn.n_kept.abs_diff(reference.n_visible);
                 n_false as f64 / drawn.prepared.items().len().max(1) as f64 * 1e6
             }
             Metric::LightFlip => flip(&reference.lit, drawn.picture, PIXELS_PER_DEGREE)?.mean(),
