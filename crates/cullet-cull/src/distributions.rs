@@ -232,10 +232,11 @@ fn halved(boxes: &mut [Aabb], nodes: &mut Vec<Aabb>) {
 }
 
 /// SplitMix64 (Steele, Lea and Flood, "Fast Splittable Pseudorandom Number Generators", 2014).
-struct Rng(u64);
+pub(crate) struct Rng(pub(crate) u64);
 
 impl Rng {
-    fn within(&mut self, low: f64, high: f64) -> f64 {
+    /// In `low..high`.
+    pub(crate) fn within(&mut self, low: f64, high: f64) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let z = (self.0 ^ self.0 >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         let z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
@@ -248,7 +249,7 @@ impl Rng {
         low * libm::pow(high / low, self.within(0.0, 1.0))
     }
 
-    fn point(&mut self, low: DVec3, high: DVec3) -> DVec3 {
+    pub(crate) fn point(&mut self, low: DVec3, high: DVec3) -> DVec3 {
         DVec3::new(
             self.within(low.x, high.x),
             self.within(low.y, high.y),

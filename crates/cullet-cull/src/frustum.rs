@@ -405,34 +405,22 @@ mod tests {
 
     use super::*;
     use crate::DepthRange;
+    use crate::distributions::Rng;
 
-    /// SplitMix64 (Steele, Lea and Flood 2014).
-    struct Random(u64);
-
-    impl Random {
-        /// In [0, 1).
-        fn unit(&mut self) -> f64 {
-            self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-            let z = (self.0 ^ self.0 >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-            let z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-            ((z ^ z >> 31) >> 11) as f64 / (1_u64 << 53) as f64
+    /// Along an axis, half of the time.
+    fn direction(random: &mut Rng) -> DVec3 {
+        let axis = DVec3::AXES[random.within(0.0, 3.0) as usize];
+        let any = random.point(DVec3::splat(-0.5), DVec3::splat(0.5));
+        match random.within(0.0, 4.0) as usize {
+            0 => axis,
+            1 => -axis,
+            _ => any.normalize_or(axis),
         }
+    }
 
-        /// Along an axis, half of the time.
-        fn direction(&mut self) -> DVec3 {
-            let axis = DVec3::AXES[(3.0 * self.unit()) as usize];
-            let any = DVec3::new(self.unit(), self.unit(), self.unit()) - 0.5;
-            match (4.0 * self.unit()) as usize {
-                0 => axis,
-                1 => -axis,
-                _ => any.normalize_or(axis),
-            }
-        }
-
-        fn rotation(&mut self) -> DMat3 {
-            let (axis, angle) = (self.direction(), 6.0 * self.unit());
-            DMat3::from_quat(DQuat::from_axis_angle(axis, angle))
-        }
+    fn rotation(random: &mut Rng) -> DMat3 {
+        let (axis, angle) = (direction(random), random.within(0.0, 6.0));
+        DMat3::from_quat(DQuat::from_axis_angle(axis, angle))
     }
 
     fn window(kind: Kind, far: f64) -> Window {
@@ -504,14 +492,14 @@ mod tests {
 
     /// What the planes of an outset keep, its bounds hold: reverse rejects no point that they keep.
     #[track_caller]
-    fn bounds_hold_what_the_planes_do(frustum: &Frustum, slack: f64, random: &mut Random) {
+    fn bounds_hold_what_the_planes_do(frustum: &Frustum, slack: f64, random: &mut Rng) {
         let wide = frustum.outset(slack);
         let mut n_points = 0;
         let points = wide.corners.iter().filter(|corner| corner.w > 0.0);
         for corner in points.map(|corner| corner.truncate()) {
             for _ in 0..24 {
                 // As far from the corner as the planes allow, along some direction.
-                let along = random.direction();
+                let along = direction(random);
                 let keeps = |distance: f64| {
                     let p = corner + distance * along;
                     let bounds = Aabb { min: p, max: p };
@@ -546,14 +534,17 @@ mod tests {
 
     #[test]
     fn the_bounds_of_a_camera_hold_what_its_outset_planes_do() {
-        let mut random = Random(1);
+        let mut random = Rng(1);
         let turns = [DMat3::IDENTITY, DMat3::from_rotation_z(0.3), DMat3::from_rotation_y(0.3)];
         for round in 0..300 {
             let rotation = match round % 5 {
                 turn @ 0..3 => turns[turn],
                 // Level sides of a rolled picture: right and up share a plane with two axes.
-                3 => DMat3::from_rotation_x(random.unit()) * DMat3::from_rotation_z(random.unit()),
-                _ => random.rotation(),
+                3 => {
+                    DMat3::from_rotation_x(random.within(0.0, 1.0))
+                        * DMat3::from_rotation_z(random.within(0.0, 1.0))
+                }
+                _ => rotation(&mut random),
             };
             let far = [2.0, 1e4, f64::INFINITY][round % 3];
             let fov = [0.1, 2.0, 60.0, 120.0, 170.0, 179.0, 179.99][round % 7];
@@ -570,13 +561,16 @@ mod tests {
 
     #[test]
     fn the_bounds_of_a_matrix_hold_what_its_outset_planes_do() {
-        let mut random = Random(2);
+        let mut random = Rng(2);
         let mut n_bounded = 0;
         for round in 0..300 {
             let offset = [0.0, 1.0, 1e2, 1e4][round % 4];
-            let eye =
-                if round == 1 { DVec3::new(10.0, 20.0, 70.0) } else { offset * random.direction() };
-            let rotation = if round % 3 == 0 { DMat3::IDENTITY } else { random.rotation() };
+            let eye = if round == 1 {
+                DVec3::new(10.0, 20.0, 70.0)
+            } else {
+                offset * direction(&mut random)
+            };
+            let rotation = if round % 3 == 0 { DMat3::IDENTITY } else { rotation(&mut random) };
             let far = [2.0, 1e4, f64::INFINITY][round % 3];
             let fov = [1.0, 60.0, 120.0, 170.0, 179.0][round % 5];
             let view = DMat4::from_mat3(rotation.transpose()) * DMat4::from_translation(-eye);
@@ -592,7 +586,7 @@ mod tests {
 
     #[test]
     fn an_outset_of_an_ordinary_camera_is_no_larger_than_it_need_be() {
-        let frustum = Frustum::from_window(DVec3::ZERO, &Random(3).rotation(), &lens(60.0, 100.0));
+        let frustum = Frustum::from_window(DVec3::ZERO, &rotation(&mut Rng(3)), &lens(60.0, 100.0));
         let (bounds, wide) = (frustum.bounds(), frustum.outset(SLACKS[1]).bounds());
         assert!(bounds.grown(0.1).contains(&wide), "{bounds:?} {wide:?}");
         assert!(wide.contains(&bounds));

@@ -217,7 +217,7 @@ impl Job<'_> {
         counters.n_facing_away += u64::from(away.count_ones());
         counters.n_drawn += u64::from(drawn.count_ones());
 
-        drawn &= hold_samples(simd, [left, right, upper, lower], self.object.samples);
+        drawn &= hold_samples([left, right, upper, lower], self.object.samples);
         let turned = turned(simd, corners, area);
         let [left, right]: [[i32; 8]; 2] = [left.into(), right.into()];
         let [upper, lower]: [[i32; 8]; 2] = [upper.into(), lower.into()];
@@ -311,11 +311,7 @@ fn turned<S: Simd>(simd: S, corners: [[u8; 4]; 8], area: i32x8<S>) -> [u32; 8] {
 
 /// Which of eight boxes between borders have a sample between them, a bit each.
 #[inline(always)]
-fn hold_samples<S: Simd>(
-    _: S,
-    [left, right, upper, lower]: [i32x8<S>; 4],
-    samples: Samples,
-) -> u64 {
+fn hold_samples<S: Simd>([left, right, upper, lower]: [i32x8<S>; 4], samples: Samples) -> u64 {
     let [columns, rows] = [pixels8(left, right, samples), pixels8(upper, lower, samples)];
     (columns[0].simd_lt(columns[1]) & rows[0].simd_lt(rows[1])).to_bitmask()
 }
