@@ -39,7 +39,7 @@ struct Cell {
     x: u32,
     y: u32,
     /// Of the triangle.
-    record: u16,
+    record: u32,
 }
 
 /// Memory for a block.
@@ -92,7 +92,7 @@ impl TileShader<'_> {
                     [x - block[0], y - block[1], right - block[0], bottom - block[1]];
                 let size = [CELL.min((right - x) as usize), CELL.min((bottom - y) as usize)];
                 if size == [CELL; 2] && shows_one_triangle(ids, stride) {
-                    let cell = Cell { out: first, x, y, record: batch.record_of(ids[0], true) };
+                    let cell = Cell { out: first, x, y, record: batch.record_of(ids[0]) };
                     for [i, j] in sampled() {
                         batch.put(cell.pixel(i, j, out.stride));
                     }
@@ -169,9 +169,10 @@ fn shows_one_triangle(ids: &[u32], stride: usize) -> bool {
     differences == 0 && first != NO_TRIANGLE
 }
 
-/// The centre of pixel `i` of a cell that begins at `first`, px from the corner of the block.
-fn centre(first: u32, i: usize) -> f32 {
-    (first + i as u32) as f32 + 0.5
+/// The centre of pixel `i` of a cell that begins at `first`, sixteenths of a pixel from the corner of
+/// the block.
+fn centre(first: u32, i: usize) -> u32 {
+    16 * (first + i as u32) + 8
 }
 
 /// Column and row of the pixels that are shaded at first.
@@ -188,7 +189,7 @@ fn others() -> impl Iterator<Item = [usize; 2]> {
 impl Cell {
     fn pixel(&self, i: usize, j: usize, stride: usize) -> Run {
         let out = (self.out + j * stride + i) as u32;
-        Run { record: self.record, len: 1, out, x: centre(self.x, i), y: centre(self.y, j) }
+        Run::new(self.record, [centre(self.x, i), centre(self.y, j)], 1, out)
     }
 
     /// What was shaded, row by row.

@@ -10,44 +10,58 @@ pub(crate) const BATCH: usize = (BLOCK * BLOCK) as usize;
 /// Slots of the table of triangles.
 const SLOTS: usize = 2048;
 
+/// Runs are put in order eight at a time, whatever there are.
+const RUNS: usize = BATCH + 8;
+
 /// Up to [`BATCH`] pixels, in runs of one triangle each.
 #[derive(Debug)]
 pub(crate) struct Batch {
-    /// By some bits of an id: the id, the batch that it is of, and its record's number. The last slot is
-    /// never looked at.
-    table: Vec<u64>,
+    /// By some bits of an id: the id, the batch that it is of, and its record's number.
+    table: Box<[u64; SLOTS]>,
     /// Which batch this is.
     epoch: u16,
     /// The triangles, by the numbers of their records; the last place is for what is not to be kept.
-    ids: Vec<u32>,
-    /// Likewise.
-    runs: Vec<Run>,
+    ids: Box<[u32; BATCH + 1]>,
+    runs: Box<[Run; RUNS]>,
     /// The runs by paint.
-    sorted: Vec<Run>,
-    n_triangles: usize,
-    n_runs: usize,
-    n_pixels: usize,
+    sorted: Box<[Run; RUNS]>,
+    /// The paints of the runs.
+    paints: Box<[u32; BATCH]>,
+    n: Counts,
+}
+
+/// How many there are in a batch.
+#[derive(Clone, Copy, Debug, Default)]
+struct Counts {
+    triangles: usize,
+    runs: usize,
+    pixels: usize,
 }
 
 impl Default for Batch {
     fn default() -> Self {
         Batch {
-            table: vec![0; SLOTS + 1],
+            table: boxed(0),
             epoch: 0,
-            ids: vec![0; BATCH + 1],
-            runs: vec![Run::default(); BATCH + 1],
-            sorted: vec![Run::default(); BATCH + 1],
-            n_triangles: 0,
-            n_runs: 0,
-            n_pixels: 0,
+            ids: boxed(0),
+            runs: boxed(Run::default()),
+            sorted: boxed(Run::default()),
+            paints: boxed(0),
+            n: Counts::default(),
         }
     }
+}
+
+/// As many as the type says, without a way over the stack.
+fn boxed<T: Clone, const N: usize>(value: T) -> Box<[T; N]> {
+    let all = vec![value; N].into_boxed_slice();
+    all.try_into().unwrap_or_else(|_| unreachable!("there are N of them"))
 }
 
 impl Batch {
     /// Memory held.
     pub(crate) fn bytes() -> usize {
-        SLOTS * 8 + BATCH * (4 + 2 * size_of::<Run>())
+        SLOTS * 8 + BATCH * (8 + 2 * size_of::<Run>())
     }
 
     /// Forgets the batch before.
@@ -57,16 +71,16 @@ impl Batch {
             self.table.fill(0);
             self.epoch = 1;
         }
-        (self.n_triangles, self.n_runs, self.n_pixels) = (0, 0, 0);
+        self.n = Counts::default();
     }
 
     /// Ids of the triangles, by the numbers of their records.
     pub(crate) fn ids(&self) -> &[u32] {
-        &self.ids[..self.n_triangles]
+        &self.ids[..self.n.triangles]
     }
 
     pub(crate) fn n_pixels(&self) -> usize {
-        self.n_pixels
+        self.n.pixels
     }
 
     /// Pixels of a rectangle of the block.
@@ -77,86 +91,151 @@ impl Batch {
     #[inline(always)]
     fn rows<S: Simd>(&mut self, simd: S, rectangle: &Rectangle<'_>) {
         let Rectangle { ids, stride, size: [width, height], out, out_stride, place } = *rectangle;
+        let mut writer = self.writer();
         for row in 0..height as usize {
             let ids = &ids[row * stride..][..width as usize];
             let out = (out + row * out_stride) as u32;
-            self.row(simd, ids, out, [place[0], place[1] + row as f32]);
+            writer.row(simd, ids, out, [place[0], place[1] + 16 * row as u32]);
         }
+        self.n = writer.n;
     }
 
-    /// Pixels of a row of the block, from `x`, `y` on, the first of which goes to `out`.
+    /// A run of `len` neighbours that show one triangle, or nothing, the first at `place`, sixteenths of
+    /// a pixel from the corner of the block.
     #[inline(always)]
-    fn row<S: Simd>(&mut self, simd: S, ids: &[u32], out: u32, [x, y]: [f32; 2]) {
-        let mut starts = [0; STARTS];
-        let n = run_starts(simd, ids, &mut starts);
-        starts[n] = ids.len() as u8;
-        for i in 0..n {
-            let [start, end] = [starts[i], starts[i + 1]];
-            let id = ids[usize::from(start)];
-            let place = [x + f32::from(start), y];
-            self.push(id, u16::from(end - start), out + u32::from(start), place);
-        }
-    }
-
-    /// A run of `len` neighbours that show one triangle, or nothing. Without a branch as well: what is
-    /// not to be kept is written where the next will be, or where nobody looks.
-    #[inline(always)]
-    pub(crate) fn push(&mut self, id: u32, len: u16, out: u32, [x, y]: [f32; 2]) {
-        let is_there = id != NO_TRIANGLE;
-        let record = self.record_of(id, is_there);
-        self.runs[self.n_runs] = Run { record, len, out, x, y };
-        self.n_runs += usize::from(is_there);
-        self.n_pixels += if is_there { usize::from(len) } else { 0 };
+    pub(crate) fn push(&mut self, id: u32, len: u32, out: u32, place: [u32; 2]) {
+        let mut writer = self.writer();
+        writer.push(id, len, out, place);
+        self.n = writer.n;
     }
 
     /// Forgets the pixels, but not the triangles.
     pub(crate) fn begin_more(&mut self) {
-        (self.n_runs, self.n_pixels) = (0, 0);
+        (self.n.runs, self.n.pixels) = (0, 0);
     }
 
     /// Pixels of a triangle whose record is known.
     #[inline(always)]
     pub(crate) fn put(&mut self, run: Run) {
-        self.runs[self.n_runs] = run;
-        self.n_runs += 1;
-        self.n_pixels += usize::from(run.len);
+        self.runs[self.n.runs] = run;
+        self.n.runs += 1;
+        self.n.pixels += run.len as usize;
     }
 
     /// The number of a triangle's record, a new one if it is not known.
+    pub(crate) fn record_of(&mut self, id: u32) -> u32 {
+        let mut writer = self.writer();
+        let record = writer.record_of(id, true);
+        self.n = writer.n;
+        record
+    }
+
     #[inline(always)]
-    pub(crate) fn record_of(&mut self, id: u32, is_there: bool) -> u16 {
-        let slot = (id ^ id >> 11) as usize % SLOTS;
-        let key = u64::from(id) << 32 | u64::from(self.epoch) << 16;
-        let known = self.table[slot];
-        let is_known = (known ^ key) >> 16 == 0;
-        let record = if is_known { known & 0xffff } else { self.n_triangles as u64 };
-        self.table[if is_known { SLOTS } else { slot }] = key | record;
-        self.ids[self.n_triangles] = id;
-        self.n_triangles += usize::from(!is_known & is_there);
-        record as u16
+    fn writer(&mut self) -> Writer<'_> {
+        let Batch { table, epoch, ids, runs, n, .. } = self;
+        Writer { table, epoch: *epoch, ids, runs, n: *n }
     }
 
     /// All runs.
     pub(crate) fn runs(&self) -> &[Run] {
-        &self.runs[..self.n_runs]
+        &self.runs[..self.n.runs]
     }
 
     /// Puts the runs in the order of their paints, which `paint_of` says by record, and says in
     /// `counts`, by paint, how many there are; on entry, where there are any. Returns the runs.
-    pub(crate) fn by_paint(&mut self, paint_of: &[u32], counts: &mut [u32]) -> &[Run] {
+    pub(crate) fn by_paint(&mut self, simd: Level, paint_of: &[u32], counts: &mut [u32]) -> &[Run] {
+        let n = dispatch!(simd, simd => self.sort(simd, paint_of, counts));
+        &self.sorted[..n]
+    }
+
+    /// Once through all runs for each paint, eight at a time: there are few paints, and branches would be
+    /// many. Runs beyond the last have no paint.
+    #[inline(always)]
+    fn sort<S: Simd>(&mut self, simd: S, paint_of: &[u32], counts: &mut [u32]) -> usize {
+        let n_eights = self.n.runs.div_ceil(8);
+        let (runs, paints) = (self.runs.as_chunks::<8>().0, self.paints.as_chunks_mut::<8>().0);
+        let (runs, paints) = (&runs[..n_eights], &mut paints[..n_eights]);
+        for (eight, paints) in paints.iter_mut().enumerate() {
+            let n = (self.n.runs - 8 * eight).min(8);
+            paints.fill(NO_PAINT);
+            for lane in 0..n {
+                paints[lane] = paint_of[runs[eight][lane].record()];
+            }
+        }
         let mut end = 0;
-        // Once through all runs for each paint: there are few, and branches would be many.
-        for (paint, count) in (0..).zip(counts).filter(|(_, count)| **count > 0) {
+        for (paint, count) in counts.iter_mut().enumerate().filter(|(_, count)| **count > 0) {
             let first = end;
-            for run in &self.runs[..self.n_runs] {
-                self.sorted[end] = *run;
-                end += usize::from(paint_of[usize::from(run.record)] == paint);
+            let own = u32x8::splat(simd, paint as u32);
+            for eight in 0..n_eights {
+                let is_own = u32x8::simd_from(simd, paints[eight]).simd_eq(own).to_bitmask() as u8;
+                if is_own == 0 {
+                    continue;
+                }
+                let places = PLACES_OF_ONES[usize::from(is_own)].to_le_bytes();
+                let sorted: &mut [Run; 8] =
+                    self.sorted[end..].first_chunk_mut().expect("a margin of eight");
+                for lane in 0..8 {
+                    sorted[lane] = runs[eight][usize::from(places[lane]) % 8];
+                }
+                end += is_own.count_ones() as usize;
             }
             *count = (end - first) as u32;
         }
-        &self.sorted[..end]
+        end
     }
 }
+
+/// A batch while it grows: what it counts is at hand, and all lengths are known beforehand.
+struct Writer<'a> {
+    table: &'a mut [u64; SLOTS],
+    epoch: u16,
+    ids: &'a mut [u32; BATCH + 1],
+    runs: &'a mut [Run; RUNS],
+    n: Counts,
+}
+
+impl Writer<'_> {
+    /// Pixels of a row of the block, from `x`, `y` on, sixteenths, the first of which goes to `out`.
+    #[inline(always)]
+    fn row<S: Simd>(&mut self, simd: S, ids: &[u32], out: u32, [x, y]: [u32; 2]) {
+        let mut starts = [0; STARTS];
+        let n = run_starts(simd, ids, &mut starts);
+        starts[n] = ids.len() as u8;
+        for i in 0..n {
+            let (start, end) = (u32::from(starts[i]), u32::from(starts[i + 1]));
+            let id = ids[start as usize];
+            self.push(id, end - start, out + start, [x + 16 * start, y]);
+        }
+    }
+
+    /// [`Batch::push`]. Without a branch: what is not to be kept is written where the next will be, or
+    /// where nobody looks.
+    #[inline(always)]
+    fn push(&mut self, id: u32, len: u32, out: u32, place: [u32; 2]) {
+        let is_there = id != NO_TRIANGLE;
+        let record = self.record_of(id, is_there);
+        self.runs[self.n.runs] = Run::new(record, place, len, out);
+        self.n.runs += usize::from(is_there);
+        self.n.pixels += if is_there { len as usize } else { 0 };
+    }
+
+    /// [`Batch::record_of`]. The table may know of nothing, but nobody asks for its record.
+    #[inline(always)]
+    fn record_of(&mut self, id: u32, is_there: bool) -> u32 {
+        let slot = (id ^ id >> 11) as usize % SLOTS;
+        let key = u64::from(id) << 32 | u64::from(self.epoch) << 16;
+        let known = self.table[slot];
+        let is_known = (known ^ key) >> 16 == 0;
+        let entry = if is_known { known } else { key | self.n.triangles as u64 };
+        self.table[slot] = entry;
+        self.ids[self.n.triangles] = id;
+        self.n.triangles += usize::from(!is_known & is_there);
+        entry as u32 & 0xffff
+    }
+}
+
+/// Of what is not a run.
+const NO_PAINT: u32 = u32::MAX;
 
 /// Ids of triangles over a rectangle of one block, rows from top to bottom.
 #[derive(Clone, Copy, Debug)]
@@ -169,8 +248,8 @@ pub(crate) struct Rectangle<'a> {
     /// Where the first pixel goes, and how much further the one below it.
     pub out: usize,
     pub out_stride: usize,
-    /// The first pixel, px from the corner of the block.
-    pub place: [f32; 2],
+    /// The centre of the first pixel, sixteenths of a pixel from the corner of the block.
+    pub place: [u32; 2],
 }
 
 /// Room for the starts of all runs of a row: eight are written at a time, whatever there are.
@@ -233,12 +312,12 @@ mod tests {
     use super::*;
 
     /// The pixels of all runs: id, out, x, y.
-    fn pixels(batch: &Batch) -> Vec<(u32, u32, f32, f32)> {
+    fn pixels(batch: &Batch) -> Vec<(u32, u32, u32, u32)> {
         let mut pixels = Vec::new();
         for run in batch.runs() {
-            let id = batch.ids()[usize::from(run.record)];
+            let (id, [x, y]) = (batch.ids()[run.record()], run.place());
             for i in 0..run.len {
-                pixels.push((id, run.out + u32::from(i), run.x + f32::from(i), run.y));
+                pixels.push((id, run.out + i, x + 16 * i, y));
             }
         }
         pixels
@@ -267,19 +346,18 @@ mod tests {
                         size: [len, 2],
                         out: 0,
                         out_stride: 1000,
-                        place: [0.5, 0.0],
+                        place: [8, 0],
                     },
                 );
                 for (y, ids) in (0..).zip(&ids) {
                     let first = 1000 * y;
                     let seen = (0..).zip(ids).filter(|(_, id)| **id != NO_TRIANGLE);
-                    expected.extend(seen.map(|(x, id)| (*id, first + x, x as f32 + 0.5, y as f32)));
+                    expected.extend(seen.map(|(x, id)| (*id, first + x, 16 * x + 8, 16 * y)));
                 }
                 assert_eq!(pixels(&batch), expected);
                 assert_eq!(batch.n_pixels(), expected.len());
                 let together = batch.runs().windows(2).find(|two| {
-                    two[0].record == two[1].record
-                        && two[0].out + u32::from(two[0].len) == two[1].out
+                    two[0].record() == two[1].record() && two[0].out + two[0].len == two[1].out
                 });
                 assert_eq!(together, None, "one run, in two");
             }
@@ -291,8 +369,8 @@ mod tests {
         let mut batch = Batch::default();
         for i in 0..70_000 {
             batch.begin();
-            batch.push(i % 3 + 1, 1, 0, [0.0; 2]);
-            batch.push(i % 3 + 1, 1, 1, [0.0; 2]);
+            batch.push(i % 3 + 1, 1, 0, [0; 2]);
+            batch.push(i % 3 + 1, 1, 1, [0; 2]);
             assert_eq!(batch.ids(), [i % 3 + 1]);
         }
     }
@@ -302,12 +380,12 @@ mod tests {
         let mut batch = Batch::default();
         batch.begin();
         for i in 0..200 {
-            batch.push(i % 10, 1, i, [0.0; 2]);
+            batch.push(i % 10, 1, i, [0; 2]);
         }
         let paint_of: Vec<u32> = batch.ids().iter().map(|id| [4, 1, 2][*id as usize % 3]).collect();
         let mut counts = [0, 1, 1, 0, 1];
         let sorted: Vec<u32> =
-            batch.by_paint(&paint_of, &mut counts).iter().map(|r| r.out).collect();
+            batch.by_paint(Level::new(), &paint_of, &mut counts).iter().map(|r| r.out).collect();
         assert_eq!(counts, [0, 60, 60, 0, 80]);
         let mut expected: Vec<u32> = (0..200).collect();
         expected.sort_by_key(|i| [4, 1, 2][*i as usize % 10 % 3]);

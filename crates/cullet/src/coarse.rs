@@ -69,8 +69,9 @@ impl TileShader<'_> {
                     ));
                     if known.is_none() {
                         seen[n_seen] = id;
-                        let middle = [(x & !1) - block[0] + 1, (y & !1) - block[1] + 1];
-                        batch.push(id, 1, n_colors, middle.map(|at| at as f32));
+                        let middle = [x, y].map(|at| 16 * (at & !1) + 16);
+                        let place = [middle[0] - 16 * block[0], middle[1] - 16 * block[1]];
+                        batch.push(id, 1, n_colors, place);
                         n_colors += 1;
                     }
                 }

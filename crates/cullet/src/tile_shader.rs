@@ -207,9 +207,8 @@ impl<'a> TileShader<'a> {
                 let batch = &mut self.scratch.batch;
                 batch.begin();
                 for (i, wanted) in part.iter().enumerate() {
-                    let x = (wanted.x - x * SUBPIXELS) as f32 * 0.0625;
-                    let y = (wanted.y - y * SUBPIXELS) as f32 * 0.0625;
-                    batch.push(wanted.id, 1, (first + i) as u32, [x, y]);
+                    let place = [wanted.x - x * SUBPIXELS, wanted.y - y * SUBPIXELS];
+                    batch.push(wanted.id, 1, (first + i) as u32, place.map(|at| at as u32));
                 }
                 self.paint(block, &mut Out::Linear(out));
                 first += part.len();
@@ -258,7 +257,7 @@ impl<'a> TileShader<'a> {
             size,
             out: first,
             out_stride: out.stride,
-            place: [(left - block[0]) as f32 + 0.5, (top - block[1]) as f32 + 0.5],
+            place: [16 * (left - block[0]) + 8, 16 * (top - block[1]) + 8],
         };
         batch.rectangle(self.scene.settings.simd, &rectangle);
         let n_pixels = batch.n_pixels();
@@ -295,8 +294,9 @@ impl<'a> TileShader<'a> {
         }
         let is_one = counts.iter().sum::<u32>() == 1;
         let batch = &mut scratch.batch;
+        let simd = self.scene.settings.simd;
         let mut runs =
-            if is_one { batch.runs() } else { batch.by_paint(&scratch.paint_of, counts) };
+            if is_one { batch.runs() } else { batch.by_paint(simd, &scratch.paint_of, counts) };
         let look = self.scene.look();
         let ShadeScratch { records, colors, points, left, painting, .. } = scratch;
         left.clear();
@@ -386,10 +386,10 @@ impl<'a> TileShader<'a> {
         let ShadeScratch { left, batch, corners, .. } = &mut *self.scratch;
         let mut corners = Corners::new(&scene, corners);
         for pixel in &*left {
-            let (triangle, interpolator) = corners.of(batch.ids()[usize::from(pixel.record)]);
-            let x = f64::from(block[0]) + f64::from(pixel.x);
-            let y = f64::from(block[1]) + f64::from(pixel.y);
-            let color = triangle.color(&scene, &interpolator.fragment_at([x, y]));
+            let (triangle, interpolator) = corners.of(batch.ids()[pixel.record()]);
+            let place = pixel.place();
+            let at = [0, 1].map(|i| f64::from(block[i]) + f64::from(place[i]) / 16.0);
+            let color = triangle.color(&scene, &interpolator.fragment_at(at));
             match out {
                 Out::Linear(out) => out[pixel.out as usize] = color,
                 Out::Bytes(out) => out[pixel.out as usize] = encode(scene.settings.encoding, color),

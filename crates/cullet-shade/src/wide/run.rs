@@ -1,24 +1,44 @@
 //! Pixels on their way to their colours: runs of neighbours, taken apart into eights.
 
-use fearless_simd::{Simd, f32x8, prelude::*, u32x8};
+use cullet_raster::BLOCK;
+use fearless_simd::{Simd, SimdCvtFloat, f32x8, i32x8, prelude::*, u32x8};
 
 use super::sampler::EIGHTS;
 
-/// Neighbours in a row that show one triangle, or a single place anywhere in the picture.
+/// Neighbours in a row that show one triangle, or a single place anywhere in the block.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(align(16))]
 pub struct Run {
-    /// The record of the triangle.
-    pub record: u16,
+    /// From the lowest bit up: across and down to the first pixel, [`PLACE_BITS`] each, and the record.
+    first: u32,
     /// How many pixels, at least 1.
-    pub len: u16,
+    pub len: u32,
     /// Where the colour of the first goes; the others follow.
     pub out: u32,
-    /// Place of the first, px from the corner of the block; each other is 1 px to the right of the
-    /// one before.
-    pub x: f32,
-    /// Down.
-    pub y: f32,
+}
+
+/// Sixteenths of a pixel along a block, bits.
+const PLACE_BITS: u32 = (16 * BLOCK).trailing_zeros();
+
+impl Run {
+    /// Pixels of the triangle with this `record`, which is below `BLOCK * BLOCK`. The first is at
+    /// `place`, sixteenths of a pixel from the corner of the block and within it; each other is 1 px to
+    /// the right of the one before.
+    #[inline(always)]
+    pub fn new(record: u32, place: [u32; 2], len: u32, out: u32) -> Run {
+        Run { first: record << (2 * PLACE_BITS) | place[1] << PLACE_BITS | place[0], len, out }
+    }
+
+    /// The record of the triangle.
+    #[inline(always)]
+    pub fn record(&self) -> usize {
+        (self.first >> (2 * PLACE_BITS)) as usize
+    }
+
+    /// Place of the first pixel, sixteenths of a pixel from the corner of the block, across and down.
+    pub fn place(&self) -> [u32; 2] {
+        [self.first, self.first >> PLACE_BITS].map(|at| at & ((1 << PLACE_BITS) - 1))
+    }
 }
 
 /// Pixels that go through a stage before the next begins.
@@ -39,15 +59,23 @@ pub(super) struct Rest<'a> {
 /// A chunk of pixels, of up to [`EIGHTS`] eights.
 #[derive(Debug)]
 pub(super) struct Places {
-    record: [u32; LANES],
+    /// As [`Run::first`] has it.
+    packed: [u32; LANES],
     out: [u32; LANES],
-    x: [f32; LANES],
-    y: [f32; LANES],
+    record: [u32; ROOM],
+    x: [f32; ROOM],
+    y: [f32; ROOM],
 }
 
 impl Default for Places {
     fn default() -> Self {
-        Places { record: [0; LANES], out: [0; LANES], x: [0.0; LANES], y: [0.0; LANES] }
+        Places {
+            packed: [0; LANES],
+            out: [0; LANES],
+            record: [0; ROOM],
+            x: [0.0; ROOM],
+            y: [0.0; ROOM],
+        }
     }
 }
 
@@ -56,26 +84,37 @@ impl Places {
     /// is filled up with places beside it.
     #[inline(always)]
     pub fn take<S: Simd>(&mut self, simd: S, rest: &mut Rest<'_>) -> usize {
+        let Rest { mut runs, mut taken } = *rest;
+        let Some(mut last) = runs.first() else { return 0 };
         let mut n = 0;
-        while n < ROOM
-            && let Some((run, others)) = rest.runs.split_first()
-        {
-            let (taken, left) = (rest.taken, run.len as usize - rest.taken);
-            let fitting = left.min(ROOM - n);
-            let mut i = 0;
-            while i < fitting {
-                self.put(simd, n + i, run, taken + i);
-                i += 8;
-            }
-            n += fitting;
-            if fitting == left {
-                *rest = Rest { runs: others, taken: 0 };
+        while let Some((run, others)) = runs.split_first() {
+            let len = run.len as usize;
+            if len <= 8 && n <= ROOM - 8 && taken == 0 {
+                self.put(simd, n, run, 0);
+                n += len;
+            } else if n < ROOM {
+                let fitting = (len - taken).min(ROOM - n);
+                let mut i = 0;
+                while i < fitting {
+                    self.put(simd, n + i, run, taken + i);
+                    i += 8;
+                }
+                n += fitting;
+                taken += fitting;
+                if taken < len {
+                    break;
+                }
+                taken = 0;
             } else {
-                rest.taken += fitting;
+                break;
             }
-            if n == ROOM || rest.runs.is_empty() {
-                self.put(simd, n, run, taken);
-            }
+            (last, runs) = (run, others);
+        }
+        *rest = Rest { runs, taken };
+        // These neighbours may lie in the next row, or be of the next triangle: they only have to be there.
+        self.put(simd, n, last, 0);
+        for eight in 0..n.div_ceil(8) {
+            self.unpack(simd, eight);
         }
         n
     }
@@ -84,19 +123,25 @@ impl Places {
     #[inline(always)]
     fn put<S: Simd>(&mut self, simd: S, at: usize, run: &Run, i: usize) {
         let lanes = u32x8::simd_from(simd, [0, 1, 2, 3, 4, 5, 6, 7]);
-        let steps = f32x8::simd_from(simd, [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
-        let lanes_used = at..at + 8;
-        u32x8::splat(simd, u32::from(run.record)).store_slice(&mut self.record[lanes_used.clone()]);
-        (lanes + (run.out + i as u32)).store_slice(&mut self.out[lanes_used.clone()]);
-        (steps + (run.x + i as f32)).store_slice(&mut self.x[lanes_used.clone()]);
-        f32x8::splat(simd, run.y).store_slice(&mut self.y[lanes_used]);
+        let steps = u32x8::simd_from(simd, [0, 16, 32, 48, 64, 80, 96, 112]);
+        let packed = steps + (run.first + 16 * i as u32);
+        packed.store_slice(&mut self.packed[at..at + 8]);
+        (lanes + (run.out + i as u32)).store_slice(&mut self.out[at..at + 8]);
+    }
+
+    #[inline(always)]
+    fn unpack<S: Simd>(&mut self, simd: S, eight: usize) {
+        let packed = u32x8::simd_from(simd, self.packed.as_chunks().0[eight]);
+        self.x.as_chunks_mut().0[eight] = place(packed).into();
+        self.y.as_chunks_mut().0[eight] = place(packed >> PLACE_BITS).into();
+        self.record.as_chunks_mut().0[eight] = (packed >> (2 * PLACE_BITS)).into();
     }
 
     /// Eight places of one triangle, whose record is the first.
     pub fn set_eight(&mut self, [x, y]: [[f32; 8]; 2]) {
-        self.record[..8].fill(0);
-        self.x[..8].copy_from_slice(&x);
-        self.y[..8].copy_from_slice(&y);
+        self.record.as_chunks_mut().0[0] = [0; 8];
+        self.x.as_chunks_mut().0[0] = x;
+        self.y.as_chunks_mut().0[0] = y;
     }
 
     /// The records of an eight.
@@ -132,7 +177,13 @@ impl Places {
 
     /// A pixel, by itself.
     pub fn pixel(&self, i: usize) -> Run {
-        let (record, out) = (self.record[i] as u16, self.out[i]);
-        Run { record, len: 1, out, x: self.x[i], y: self.y[i] }
+        Run { first: self.packed[i], len: 1, out: self.out[i] }
     }
+}
+
+/// The lowest bits, px.
+#[inline(always)]
+fn place<S: Simd>(packed: u32x8<S>) -> f32x8<S> {
+    // Signed, which is one instruction, and exact.
+    f32x8::float_from((packed & ((1 << PLACE_BITS) - 1)).bitcast::<i32x8<S>>()) * 0.0625
 }

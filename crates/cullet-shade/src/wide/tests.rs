@@ -45,7 +45,7 @@ fn sampled_by(texture: &Texture, uv: Vec2, [ddx, ddy]: [Vec2; 2], look: &Look) -
     let mut out = [Vec4::NAN];
     let of = Paint::new(&surface, Needs::TEXTURE, look);
     let mut left = Vec::new();
-    let run = Run { len: 1, ..Run::default() };
+    let run = Run::new(0, [0; 2], 1, 0);
     let scratch = &mut Scratch::default();
     let planes = Planes { records: &[record], colors: &[], points: &[] };
     paint(&of, &[run], &planes, scratch, &mut Out::Linear(&mut out), &mut left);
@@ -198,7 +198,7 @@ impl Seen<'_> {
     }
 
     /// With neighbours in runs of up to so many.
-    fn wide_in_runs(&self, most: u16, places: &[[f32; 2]], look: &Look) -> (Vec<Vec4>, Vec<u32>) {
+    fn wide_in_runs(&self, most: u32, places: &[[f32; 2]], look: &Look) -> (Vec<Vec4>, Vec<u32>) {
         let mut out = vec![Vec4::NAN; places.len()];
         let mut all_left = Vec::new();
         let clip_from_model = self.view.clip_from_model(&self.surface.world_from_model);
@@ -224,7 +224,7 @@ impl Seen<'_> {
             let mut runs: Vec<Run> = Vec::new();
             for (out, place) in (0..).zip(places).filter(|(_, place)| block_of(place) == block) {
                 let [x, y] = [0, 1].map(|axis| place[axis] - block[axis] as f32);
-                let next = Run { record: 0, len: 1, out, x, y };
+                let next = Run::new(0, [x, y].map(|at| (16.0 * at) as u32), 1, out);
                 match runs.last_mut() {
                     Some(run) if run.len < most && is_next(run, &next) => run.len += 1,
                     _ => runs.push(next),
@@ -277,8 +277,8 @@ impl Seen<'_> {
 
 /// Whether a pixel is the one after a run.
 fn is_next(run: &Run, pixel: &Run) -> bool {
-    let len = run.len;
-    [run.x + f32::from(len), run.y] == [pixel.x, pixel.y] && run.out + u32::from(len) == pixel.out
+    let ([x, y], len) = (run.place(), run.len);
+    [x + 16 * len, y] == pixel.place() && run.out + len == pixel.out
 }
 
 /// Errors of colours, of the order of those of attributes relative to their range.
