@@ -85,7 +85,6 @@ fn set_up_all<S: Simd>(
     // In stages, each short enough to be well ahead of the memory that it waits for.
     let mut corners = [[0; 3]; CHUNK];
     let mut positions: [Corners4; CHUNK / 4] = [[[[0.0; 4]; 3]; 3]; CHUNK / 4];
-    let (mut uvs, mut normals) = ([[Vec2::ZERO; 3]; CHUNK], [[Vec3::ZERO; 3]; CHUNK]);
     for chunk in wanted.chunks(CHUNK) {
         let n_fours = chunk.len().div_ceil(4);
         for (i, corners) in corners[..4 * n_fours].iter_mut().enumerate() {
@@ -102,24 +101,13 @@ fn set_up_all<S: Simd>(
                 four[corner][2][i % 4] = position.z;
             }
         }
-        if let Some(from) = attributes.uvs {
-            for (uvs, [a, b, c]) in uvs.iter_mut().zip(&corners[..chunk.len()]) {
-                *uvs = [from[*a as usize], from[*b as usize], from[*c as usize]];
-            }
-        }
-        if let Some(from) = attributes.normals {
-            for (normals, [a, b, c]) in normals.iter_mut().zip(&corners[..chunk.len()]) {
-                *normals = [from[*a as usize], from[*b as usize], from[*c as usize]];
-            }
-        }
         for (i, four) in chunk.chunks(4).enumerate() {
             let shares = shares4(simd, group.placement, &positions[i], group.block);
             for (lane, &(_, record)) in four.iter().enumerate() {
                 let (place, record) = (4 * i + lane, record as usize);
                 let corners = corners[place];
-                let (uvs, normals) = (uvs[place], normals[place]);
                 let into = &mut records[record];
-                attributes.set_up(simd, &shares, lane, corners, uvs, normals, into);
+                attributes.set_up(simd, &shares, lane, corners, into);
                 if let Some(values) = attributes.colors {
                     set_up_colors(simd, values, &shares, lane, corners, &mut colors[record]);
                 }
@@ -191,23 +179,18 @@ impl<'a, S: Simd> Attributes<'a, S> {
     }
 
     #[inline(always)]
-    #[expect(clippy::too_many_arguments, reason = "a triangle, taken apart")]
     fn set_up(
         &self,
         simd: S,
         shares: &Shares4,
         lane: usize,
         corners: [u32; 3],
-        uvs: [Vec2; 3],
-        normals: [Vec3; 3],
         record: &mut Record,
     ) {
-        let [a, b, c] = self.uvs(uvs);
+        let [a, b, c] = self.uvs(simd, corners);
         let front = shares.clockwise[lane] == self.mirrored;
-        let [na, nb, nc] = self.normals(simd, normals, front);
-        let a = f32x4::simd_from(simd, [1.0, a.x, a.y, 0.0]).combine(na);
-        let b = f32x4::simd_from(simd, [1.0, b.x, b.y, 0.0]).combine(nb);
-        let c = f32x4::simd_from(simd, [1.0, c.x, c.y, 0.0]).combine(nc);
+        let [na, nb, nc] = self.normals(simd, corners, front);
+        let (a, b, c) = (a.combine(na), b.combine(nb), c.combine(nc));
         record.at = blend(a, b, c, &shares.at, lane).into();
         record.ddx = blend(a, b, c, &shares.ddx, lane).into();
         record.ddy = blend(a, b, c, &shares.ddy, lane).into();
@@ -219,29 +202,33 @@ impl<'a, S: Simd> Attributes<'a, S> {
         }
     }
 
-    /// Texture coordinates of the corners, less whole periods, so that little is lost to f32.
+    /// 1, texture coordinates of the corners, less whole periods, so that little is lost to f32, and 0.
     #[inline(always)]
-    fn uvs(&self, [mut a, mut b, mut c]: [Vec2; 3]) -> [Vec2; 3] {
-        if self.uvs.is_none() {
-            return [Vec2::ZERO; 3];
-        }
+    fn uvs(&self, simd: S, [a, b, c]: [u32; 3]) -> [f32x4<S>; 3] {
+        let Some(uvs) = self.uvs else { return [f32x4::simd_from(simd, [1.0, 0.0, 0.0, 0.0]); 3] };
+        let (mut a, mut b, mut c) = (uvs[a as usize], uvs[b as usize], uvs[c as usize]);
         if let Some(t) = &self.transform {
             [a, b, c] = [transformed(t, a), transformed(t, b), transformed(t, c)];
         }
-        let whole = Vec2::new(whole(a.x, self.periods[0]), whole(a.y, self.periods[1]));
+        let a = f32x4::simd_from(simd, [1.0, a.x, a.y, 0.0]);
+        let b = f32x4::simd_from(simd, [1.0, b.x, b.y, 0.0]);
+        let c = f32x4::simd_from(simd, [1.0, c.x, c.y, 0.0]);
+        let whole = whole(simd, a, self.periods);
         [a - whole, b - whole, c - whole]
     }
 
     /// Normals of the corners in world space on the side seen, of any length.
     #[inline(always)]
-    fn normals(&self, simd: S, [a, b, c]: [Vec3; 3], front: bool) -> [f32x4<S>; 3] {
-        if self.normals.is_none() {
-            return [f32x4::splat(simd, 0.0); 3];
-        }
+    fn normals(&self, simd: S, [a, b, c]: [u32; 3], front: bool) -> [f32x4<S>; 3] {
+        let Some(normals) = self.normals else { return [f32x4::splat(simd, 0.0); 3] };
         let side = if front { 1.0 } else { -1.0 };
         let [x, y, z] = self.normal_world_from_model;
         let m = [x * side, y * side, z * side];
-        [world(m, a), world(m, b), world(m, c)]
+        [
+            world(m, normals[a as usize]),
+            world(m, normals[b as usize]),
+            world(m, normals[c as usize]),
+        ]
     }
 }
 
@@ -294,14 +281,15 @@ fn period(wrap: Wrap) -> f32 {
     }
 }
 
-/// Whole periods up to `x`; none of what is too large to have a fraction, or not a number.
+/// Whole `periods` up to the second and third of `x`; none of what is too large to have a fraction, or
+/// not a number, and none of what has no period.
 #[inline(always)]
-fn whole(x: f32, period: f32) -> f32 {
-    let fits = x.abs() < 8_388_608.0;
-    if period == 0.0 || !fits {
-        return 0.0;
-    }
-    // Towards zero, which needs no rounding instruction; any whole period does.
-    let halves = x / period;
-    halves as i32 as f32 * period
+fn whole<S: Simd>(simd: S, x: f32x4<S>, [u, v]: [f32; 2]) -> f32x4<S> {
+    // Periods are 0, 1 or 2: exact.
+    let (pu, pv) = (if u == 2.0 { 0.5 } else { u }, if v == 2.0 { 0.5 } else { v });
+    // Towards zero; any whole period does.
+    let whole = (x * f32x4::simd_from(simd, [0.0, pu, pv, 0.0])).trunc();
+    let whole = whole * f32x4::simd_from(simd, [0.0, u, v, 0.0]);
+    let zero = f32x4::splat(simd, 0.0);
+    x.abs().simd_lt(f32x4::splat(simd, 8_388_608.0)).select(whole, zero)
 }
