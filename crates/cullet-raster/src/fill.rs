@@ -305,22 +305,24 @@ impl<S: Simd, const N: usize> Column<S, N> {
             ];
         }
         let (stride, plane, [left, top]) = (tile.stride(), tile.plane(), tile.origin());
-        let start = rows[0] * stride + self.x;
-        let keys = &mut tile.keys[tile.starts[0] + start..];
-        let ids = &mut tile.ids[tile.starts[1] + start..];
-        let n_rows = rows[1] - rows[0];
-        let mut pixels = Pixels {
-            values,
-            id: u32x8::splat(simd, triangle.id),
-            left: left + self.x as i32,
-            // Counted in f64 beside the row: a conversion takes longer.
-            y: f64::from(top + rows[0] as i32),
-            written: i32x8::splat(simd, 0),
-        };
-        if N == 1 {
-            assert!(stride >= 8);
-            let (mut keys, mut ids) = (keys, ids);
-            for _ in 0..n_rows {
+        assert!(stride >= 8);
+        let mut written = i32x8::splat(simd, 0);
+        for sample in 0..N {
+            let start = sample * plane + rows[0] * stride + self.x;
+            let mut keys = &mut tile.keys[tile.starts[0] + start..];
+            let mut ids = &mut tile.ids[tile.starts[1] + start..];
+            let [a, b, c] = self.shifts[sample];
+            let mut pixels = Pixels {
+                values: match N {
+                    1 => values,
+                    _ => [values[0] + a, values[1] + b, values[2] + c],
+                },
+                left: left + self.x as i32,
+                // Counted in f64 beside the row: a conversion takes longer.
+                y: f64::from(top + rows[0] as i32),
+                written,
+            };
+            for _ in rows[0]..rows[1] {
                 let (row_keys, other_keys) = keys.split_at_mut(stride);
                 let (row_ids, other_ids) = ids.split_at_mut(stride);
                 let keep = keep.as_deref_mut();
@@ -328,7 +330,7 @@ impl<S: Simd, const N: usize> Column<S, N> {
                     simd,
                     triangle,
                     &mut pixels,
-                    0,
+                    sample,
                     row_keys,
                     row_ids,
                     keep,
@@ -336,33 +338,9 @@ impl<S: Simd, const N: usize> Column<S, N> {
                 pixels.step::<PARTLY>(triangle);
                 (keys, ids) = (other_keys, other_ids);
             }
-        } else {
-            for row in 0..n_rows {
-                let triangle_id = u32x8::splat(simd, triangle.id);
-                let with_centre = triangle_id | CENTRE_COVERED;
-                let [a, b, c] = pixels.values;
-                pixels.id = match PARTLY {
-                    false => with_centre,
-                    true => (a | b | c).simd_ge(0).select(with_centre, triangle_id),
-                };
-                for sample in 0..N {
-                    let at = sample * plane + row * stride;
-                    let keep = keep.as_deref_mut();
-                    let (keys, ids) = (&mut keys[at..], &mut ids[at..]);
-                    self.sample::<PARTLY, KEEPS>(
-                        simd,
-                        triangle,
-                        &mut pixels,
-                        sample,
-                        keys,
-                        ids,
-                        keep,
-                    );
-                }
-                pixels.step::<PARTLY>(triangle);
-            }
+            written = pixels.written;
         }
-        pixels.written.reduce_sum() as u32
+        written.reduce_sum() as u32
     }
 
     /// One sample of eight pixels: those that the triangle wins become its own. `keys` and `ids` begin with
@@ -382,12 +360,8 @@ impl<S: Simd, const N: usize> Column<S, N> {
         let depth = &triangle.depth;
         let mut covered = mask32x8::splat(simd, true);
         if PARTLY {
-            let (values, [a, b, c]) = (&pixels.values, self.shifts[sample]);
-            let negative = match N {
-                1 => values[0] | values[1] | values[2],
-                _ => (values[0] + a) | (values[1] + b) | (values[2] + c),
-            };
-            covered = negative.simd_ge(0);
+            let [a, b, c] = pixels.values;
+            covered = (a | b | c).simd_ge(0);
             if !covered.any_true() {
                 return;
             }
@@ -410,7 +384,16 @@ impl<S: Simd, const N: usize> Column<S, N> {
             return;
         }
         let ids: &mut [u32; 8] = eight(ids);
-        let (id, old_id) = (pixels.id, u32x8::simd_from(simd, *ids));
+        let (mut id, old_id) = (u32x8::splat(simd, triangle.id), u32x8::simd_from(simd, *ids));
+        if N > 1 {
+            let with_centre = id | CENTRE_COVERED;
+            id = with_centre;
+            if PARTLY {
+                let ([a, b, c], shift) = (pixels.values, self.shifts[sample]);
+                let centre = (a - shift[0]) | (b - shift[1]) | (c - shift[2]);
+                id = centre.simd_ge(0).select(with_centre, u32x8::splat(simd, triangle.id));
+            }
+        }
         let lower = match N {
             1 => id.simd_lt(old_id),
             _ => (id & !CENTRE_COVERED).simd_lt(old_id & !CENTRE_COVERED),
@@ -461,12 +444,10 @@ impl<S: Simd, const N: usize> Column<S, N> {
     }
 }
 
-/// Eight neighbouring pixels, row after row.
+/// A sample of eight neighbouring pixels, row after row.
 struct Pixels<S: Simd> {
-    /// Edge values at their centres.
+    /// Edge values at the samples.
     values: [i32x8<S>; 3],
-    /// Of the triangle, with [`CENTRE_COVERED`] where that is said.
-    id: u32x8<S>,
     /// Column of the first in the picture.
     left: i32,
     /// Row in the picture.

@@ -156,6 +156,13 @@ impl TileBuffer {
         &self.ids[start..start + self.side]
     }
 
+    /// [`TileBuffer::ids`] from `column` on, and at least eight beyond the last of the row that mean
+    /// nothing.
+    pub fn ids_and_margin(&self, sample: usize, row: usize, column: usize) -> &[u32] {
+        let start = self.starts[1] + sample * self.plane() + row * self.stride();
+        &self.ids[start + column..start + self.stride()]
+    }
+
     /// The source triangles of the first sample from a pixel of the tile on, and how many there are in
     /// a row.
     pub fn ids_from(&self, [column, row]: [u32; 2]) -> (&[u32], usize) {

@@ -4,6 +4,8 @@ use cullet_raster::{BLOCK, NO_TRIANGLE};
 use cullet_shade::wide::Run;
 use fearless_simd::{Level, Simd, dispatch, prelude::*, u32x8};
 
+use crate::tile_shader::Wanted;
+
 /// Pixels coloured at once: those of a block.
 pub(crate) const BATCH: usize = (BLOCK * BLOCK) as usize;
 
@@ -106,6 +108,17 @@ impl Batch {
     pub(crate) fn push(&mut self, id: u32, len: u32, out: u32, place: [u32; 2]) {
         let mut writer = self.writer();
         writer.push(id, len, out, place);
+        self.n = writer.n;
+    }
+
+    /// Single pixels of a block, whose places are counted from `corner`, both sixteenths of a pixel. The
+    /// first goes to `out`, each other to the place after that of the one before.
+    pub(crate) fn singles(&mut self, wanted: &[Wanted], corner: [i32; 2], out: usize) {
+        let mut writer = self.writer();
+        for (out, wanted) in (out as u32..).zip(wanted) {
+            let place = [wanted.x - corner[0], wanted.y - corner[1]].map(|at| at as u32);
+            writer.push(wanted.id, 1, out, place);
+        }
         self.n = writer.n;
     }
 

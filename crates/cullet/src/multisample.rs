@@ -5,13 +5,16 @@
 //! alpha counted in (Porter & Duff 1984, "Compositing Digital Images"), so nothing of a
 //! transparent background shows.
 
-use cullet_raster::{CENTRE_COVERED, NO_TRIANGLE, Samples, TileBuffer};
+use std::ops::Range;
+
+use cullet_raster::{BLOCK, CENTRE_COVERED, NO_TRIANGLE, Samples, TileBuffer};
+use cullet_shade::wide::encode_all;
+use fearless_simd::{Simd, dispatch, prelude::*, u32x8};
 use glam::Vec4;
 
-use crate::Region;
 use crate::frame::Target;
-use crate::shading::encode;
 use crate::tile_shader::{TileShader, Wanted};
+use crate::{Region, Settings};
 
 /// Memory for pixels whose samples disagree.
 #[derive(Debug, Default)]
@@ -23,6 +26,7 @@ pub(crate) struct EdgeScratch {
     /// Samples that see each of `wanted`.
     weights: Vec<f32>,
     colors: Vec<Vec4>,
+    codes: Vec<[u8; 4]>,
 }
 
 /// A pixel whose samples disagree.
@@ -37,44 +41,48 @@ struct Edge {
 impl EdgeScratch {
     /// Memory held.
     pub(crate) fn bytes(&self) -> usize {
-        4 * (self.whole.capacity() + self.weights.capacity())
+        4 * (self.whole.capacity() + self.weights.capacity() + self.codes.capacity())
             + self.edges.capacity() * size_of::<Edge>()
             + self.wanted.capacity() * size_of::<Wanted>()
             + self.colors.capacity() * size_of::<Vec4>()
     }
 
-    /// Sorts the pixels of a row, from `x`, `y` in the picture on, into those of one triangle and others.
-    /// `ids` are those of all samples; pixels go to `out` and on.
-    fn row<const N: usize>(&mut self, ids: [&[u32]; N], offsets: &[[i32; 2]; N], place: Place) {
-        let start = self.whole.len();
-        self.whole.resize(start + ids[0].len(), NO_TRIANGLE);
-        let width = ids[0].len();
+    /// Sorts `width` pixels of a row, the first at `place`, into those of one triangle, which go to `whole`,
+    /// and others. `ids` are those of all samples; they and `whole` go on for eight more.
+    #[inline(always)]
+    #[expect(clippy::needless_range_loop, reason = "iterators beside vectors may become calls")]
+    fn row<S: Simd, const N: usize>(
+        &mut self,
+        simd: S,
+        ids: &[&[u32]; N],
+        offsets: &[[i32; 2]; N],
+        place: Place,
+        whole: Range<usize>,
+    ) {
+        let nothing = u32x8::splat(simd, NO_TRIANGLE);
+        let width = whole.len();
         let mut first = 0;
         while first < width {
-            let n = (width - first).min(8);
-            let mut eight = [[NO_TRIANGLE; 8]; N];
-            for sample in 0..N {
-                eight[sample][..n].copy_from_slice(&ids[sample][first..first + n]);
-            }
-            let mut differs = [0; 8];
+            let own = u32x8::from_slice(simd, &ids[0][first..first + 8]);
+            let mut differs = u32x8::splat(simd, 0);
             for sample in 1..N {
-                for lane in 0..8 {
-                    differs[lane] |= (eight[sample][lane] ^ eight[0][lane]) & !CENTRE_COVERED;
+                differs |= u32x8::from_slice(simd, &ids[sample][first..first + 8]) ^ own;
+            }
+            let agree = (differs & !CENTRE_COVERED).simd_eq(0);
+            let seen = agree & !own.simd_eq(nothing);
+            let at = whole.start + first;
+            seen.select(own & !CENTRE_COVERED, nothing).store_slice(&mut self.whole[at..at + 8]);
+            let mut edges = !agree.to_bitmask() & 0xff >> (8 - (width - first).min(8));
+            while edges != 0 {
+                let at = first + edges.trailing_zeros() as usize;
+                edges &= edges - 1;
+                let mut seen = [0; N];
+                for sample in 0..N {
+                    seen[sample] = ids[sample][at];
                 }
+                self.edge(seen, offsets, place.right(at));
             }
-            let whole = &mut self.whole[start + first..start + first + n];
-            for (lane, whole) in whole.iter_mut().enumerate() {
-                let id = eight[0][lane];
-                let is_seen = id != NO_TRIANGLE && differs[lane] == 0;
-                *whole = if is_seen { id & !CENTRE_COVERED } else { NO_TRIANGLE };
-            }
-            if differs != [0; 8] {
-                for lane in (0..n).filter(|lane| differs[*lane] != 0) {
-                    let ids = std::array::from_fn(|sample| eight[sample][lane]);
-                    self.edge(ids, offsets, place.right(first + lane));
-                }
-            }
-            first += n;
+            first += 8;
         }
     }
 
@@ -105,19 +113,27 @@ impl EdgeScratch {
 
     /// [`EdgeScratch::row`] for all rows of a rectangle, whose upper left pixel is at `column`, `row` in
     /// `tile`.
-    fn rows<const N: usize>(
+    #[inline(always)]
+    #[expect(clippy::needless_range_loop, reason = "iterators beside vectors may become calls")]
+    fn rows<S: Simd, const N: usize>(
         &mut self,
+        simd: S,
         tile: &TileBuffer,
         rect: Region,
         [column, row]: [u32; 2],
         stride: usize,
     ) {
         let offsets: &[[i32; 2]; N] = tile.samples().offsets().first_chunk().expect("N samples");
-        let columns = column as usize..(column + rect.width) as usize;
-        for i in 0..rect.height {
-            let ids = |sample| &tile.ids(sample, (row + i) as usize)[columns.clone()];
-            let place = Place { x: rect.x, y: rect.y + i, out: i as usize * stride };
-            self.row::<N>(std::array::from_fn(ids), offsets, place);
+        let (width, height) = (rect.width as usize, rect.height as usize);
+        // Eights reach into the next row, which is written later.
+        self.whole.resize((width * height + 8).max(self.whole.len()), NO_TRIANGLE);
+        for i in 0..height {
+            let mut ids = [&[][..]; N];
+            for sample in 0..N {
+                ids[sample] = tile.ids_and_margin(sample, row as usize + i, column as usize);
+            }
+            let place = Place { x: rect.x, y: rect.y + i as u32, out: i * stride };
+            self.row::<S, N>(simd, &ids, offsets, place, i * width..(i + 1) * width);
         }
     }
 }
@@ -148,32 +164,47 @@ impl TileShader<'_> {
         out: &mut Target<'_>,
     ) -> u64 {
         let mut scratch = std::mem::take(&mut self.scratch.edges);
-        scratch.whole.clear();
         scratch.edges.clear();
         scratch.wanted.clear();
         scratch.weights.clear();
         let width = rect.width as usize;
-        match tile.samples() {
-            Samples::One => scratch.rows::<1>(tile, rect, place, out.stride),
-            Samples::Two => scratch.rows::<2>(tile, rect, place, out.stride),
-            Samples::Four => scratch.rows::<4>(tile, rect, place, out.stride),
-            Samples::Eight => scratch.rows::<8>(tile, rect, place, out.stride),
-        }
+        dispatch!(self.scene.settings.simd, simd => match tile.samples() {
+            Samples::One => scratch.rows::<_, 1>(simd, tile, rect, place, out.stride),
+            Samples::Two => scratch.rows::<_, 2>(simd, tile, rect, place, out.stride),
+            Samples::Four => scratch.rows::<_, 4>(simd, tile, rect, place, out.stride),
+            Samples::Eight => scratch.rows::<_, 8>(simd, tile, rect, place, out.stride),
+        });
         let n_whole = self.blocks(rect, &scratch.whole, width, out);
         scratch.colors.clear();
         scratch.colors.resize(scratch.wanted.len(), Vec4::ZERO);
-        self.colors(&scratch.wanted, &mut scratch.colors);
+        let (first, last) = ([rect.x, rect.y], [rect.x + rect.width - 1, rect.y + rect.height - 1]);
+        let (block, last_block) = (first.map(|at| at / BLOCK), last.map(|at| at / BLOCK));
+        if block == last_block {
+            self.colors_in_block(block, &scratch.wanted, &mut scratch.colors);
+        } else {
+            self.colors(&scratch.wanted, &mut scratch.colors);
+        }
         let one_sample = 1.0 / tile.samples().count() as f32;
-        let (background, encoding) = (self.scene.settings.background, self.scene.settings.encoding);
+        let Settings { background, encoding, simd, .. } = *self.scene.settings;
+        let EdgeScratch { edges, weights, colors, codes, .. } = &mut scratch;
+        // The mean of each edge takes the place of one of its own colours, or of one before.
         let mut first = 0;
-        for edge in &scratch.edges {
+        for (i, edge) in edges.iter().enumerate() {
             let own = first..first + edge.n_wanted as usize;
             first = own.end;
-            let colors = scratch.colors[own.clone()].iter().zip(&scratch.weights[own]);
-            let color = blend(colors, one_sample, background);
-            match out.linear.get_mut(edge.out as usize) {
-                Some(linear) => *linear = color,
-                None => out.rgba8[edge.out as usize] = encode(encoding, color),
+            let seen = colors[own.clone()].iter().zip(&weights[own]);
+            colors[i] = blend(seen, one_sample, background);
+        }
+        let means = &colors[..edges.len()];
+        if out.linear.is_empty() {
+            codes.resize(means.len().max(codes.len()), [0; 4]);
+            encode_all(simd, encoding, means, codes);
+            for (edge, code) in edges.iter().zip(codes) {
+                out.rgba8[edge.out as usize] = *code;
+            }
+        } else {
+            for (edge, color) in edges.iter().zip(means) {
+                out.linear[edge.out as usize] = *color;
             }
         }
         let n_edges = scratch.edges.len() as u64;

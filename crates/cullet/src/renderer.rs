@@ -116,7 +116,7 @@ impl Renderer {
                         let start = row * out.stride + column;
                         shade_run(&scene, out, start, triangle, &run);
                     });
-                    encode_linear(settings.encoding, rect, out);
+                    encode_linear(settings, rect, out);
                     n_pixels
                 });
                 let Shaded { n_pixels, shade } = shaded;

@@ -85,7 +85,7 @@ impl Renderer {
         let half = Half { frame: &scratch.frame, part, viewport: half_view.viewport() };
         shade_bands(threads, region, frame, ROWS, |rect, out| {
             half.enlarge(settings.encoding, rect, out);
-            encode_linear(settings.encoding, rect, out);
+            encode_linear(settings, rect, out);
             0
         });
         stats.stages.resolve += resolve.elapsed();

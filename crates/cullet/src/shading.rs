@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use cullet_cull::Aabb;
 use cullet_raster::{Fragment, Interpolator};
 use cullet_scene::AlphaMode;
+use cullet_shade::wide::encode_all;
 use cullet_shade::{Encoding, Look, Needs, PointLight, Surface, Triangle, alpha, base_color, uv};
 use cullet_shade::{world_normal, world_position};
 use cullet_transform::PlaneMask;
@@ -188,13 +189,11 @@ pub(crate) fn fill_background_from(
 
 /// Encodes the linear picture of a rectangle, where there is one, into bytes, where they are
 /// wanted.
-pub(crate) fn encode_linear(encoding: Encoding, rect: Region, out: &mut Target<'_>) {
+pub(crate) fn encode_linear(settings: &Settings, rect: Region, out: &mut Target<'_>) {
     for y in 0..rect.height as usize {
         let row = y * out.stride..y * out.stride + rect.width as usize;
         if let (Some(linear), Some(bytes)) = (out.linear.get(row.clone()), out.rgba8.get_mut(row)) {
-            for (out, color) in bytes.iter_mut().zip(linear) {
-                *out = encode(encoding, *color);
-            }
+            encode_all(settings.simd, settings.encoding, linear, bytes);
         }
     }
 }

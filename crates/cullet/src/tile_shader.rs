@@ -140,7 +140,7 @@ impl<'a> TileShader<'a> {
             // Data is where nothing is from the start.
             if passes.needs_color() {
                 fill_background(self.scene.settings, rect, out);
-                encode_linear(self.scene.settings.encoding, rect, out);
+                encode_linear(self.scene.settings, rect, out);
             }
             return 0;
         }
@@ -148,7 +148,7 @@ impl<'a> TileShader<'a> {
             Samples::One => self.one_sample(rect, raster, place, passes, out),
             _ => {
                 let n_pixels = self.multisampled(rect, tile, place, out);
-                encode_linear(self.scene.settings.encoding, rect, out);
+                encode_linear(self.scene.settings, rect, out);
                 n_pixels
             }
         }
@@ -168,7 +168,7 @@ impl<'a> TileShader<'a> {
         let mut n_pixels = 0;
         if passes.needs_color() {
             n_pixels = self.blocks(rect, ids, stride, out);
-            encode_linear(self.scene.settings.encoding, rect, out);
+            encode_linear(self.scene.settings, rect, out);
         }
         let data = passes.data();
         if data != Passes::NONE || !passes.needs_color() {
@@ -201,18 +201,20 @@ impl<'a> TileShader<'a> {
         let block_of = |wanted: &Wanted| [wanted.x / SUBPIXELS, wanted.y / SUBPIXELS];
         let mut first = 0;
         for part in wanted.chunk_by(|a, b| block_of(a) == block_of(b)) {
-            let [x, y] = block_of(&part[0]);
-            let block = [x as u32 * BLOCK, y as u32 * BLOCK];
-            for part in part.chunks(BATCH) {
-                let batch = &mut self.scratch.batch;
-                batch.begin();
-                for (i, wanted) in part.iter().enumerate() {
-                    let place = [wanted.x - x * SUBPIXELS, wanted.y - y * SUBPIXELS];
-                    batch.push(wanted.id, 1, (first + i) as u32, place.map(|at| at as u32));
-                }
-                self.paint(block, &mut Out::Linear(out));
-                first += part.len();
-            }
+            let out = &mut out[first..first + part.len()];
+            self.colors_in_block(block_of(&part[0]).map(|at| at as u32), part, out);
+            first += part.len();
+        }
+    }
+
+    /// [`TileShader::colors`] where all places are in one block, which is the so many'th across and down.
+    pub(crate) fn colors_in_block(&mut self, block: [u32; 2], wanted: &[Wanted], out: &mut [Vec4]) {
+        let corner = block.map(|at| at as i32 * SUBPIXELS);
+        for (part, out) in wanted.chunks(BATCH).zip(out.chunks_mut(BATCH)) {
+            let batch = &mut self.scratch.batch;
+            batch.begin();
+            batch.singles(part, corner, 0);
+            self.paint(block.map(|at| at * BLOCK), &mut Out::Linear(out));
         }
     }
 

@@ -10,6 +10,7 @@
 //! depends on nothing but itself, its triangle and the block of the picture that it lies in
 //! ([`cullet_raster::BLOCK`]): not on which pixels share a group, nor on the instruction set.
 
+mod codes;
 mod cutout;
 mod fixed;
 mod paint;
@@ -20,6 +21,7 @@ mod sampler;
 #[cfg(test)]
 mod tests;
 
+pub use codes::encode_all;
 pub use cutout::Cutout;
 pub use paint::{Out, Paint, Planes, Scratch, paint};
 pub use point::PointPlanes;
