@@ -4,7 +4,7 @@
 //! Only samples that are covered are then tried one by one. Edges, depth and ties are those of
 //! [`crate::fill`], operation by operation.
 
-use fearless_simd::{Simd, SimdCvtFloat, f32x8, f64x4, i32x8, mask32x8, prelude::*};
+use fearless_simd::{Simd, SimdCvtFloat, f32x8, f64x4, i32x8, mask32x8, prelude::*, u32x8};
 
 use crate::samples::Offset;
 use crate::tile::{CENTRE_COVERED, TileBuffer, TileRect};
@@ -81,18 +81,24 @@ impl<S: Simd> Small<'_, S> {
             ];
         }
         let planes = self.planes(simd);
+        let own_id = u32x8::simd_from(simd, *self.id);
         let [keys_start, ids_start] = tile.starts;
+        // As many of both, so that one comparison serves for both.
+        let n = N * plane;
+        let keys = &mut tile.keys[keys_start..][..n];
+        let ids = &mut tile.ids[ids_start..][..n];
         let mut in_row = self.value;
-        let (mut written, mut touched) = (0, 0);
+        let (mut written, mut touched) = (0, 0_u64);
         for row in 0..rows {
             let in_rows = height.simd_gt(row);
             let mut value = in_row;
             for column in 0..columns {
                 let in_box = in_rows & width.simd_gt(column);
-                let centres = match N {
-                    1 => 0,
-                    _ => (value[0] | value[1] | value[2]).simd_ge(0).to_bitmask(),
-                };
+                let mut seen = *self.id;
+                if N > 1 {
+                    let centre = (value[0] | value[1] | value[2]).simd_ge(0);
+                    seen = centre.select(own_id | CENTRE_COVERED, own_id).into();
+                }
                 for sample in 0..N {
                     let [a, b, c] = &shifts[sample];
                     let signs = match N {
@@ -111,24 +117,23 @@ impl<S: Simd> Small<'_, S> {
                     let key: i32x8<S> = (low.narrow(high) + 0.0).bitcast();
                     let key: [i32; 8] = key.into();
                     let start = sample * plane + row as usize * stride + column as usize;
+                    let mut won = 0_u64;
                     while covered != 0 {
                         let lane = covered.trailing_zeros() as usize % 8;
                         covered &= covered - 1;
                         let at = start + first[lane] as usize;
-                        let old_key = &mut tile.keys[keys_start + at];
-                        if key[lane] < *old_key {
+                        let old_key = keys[at];
+                        if key[lane] < old_key {
                             continue;
                         }
-                        let old_id = &mut tile.ids[ids_start + at];
-                        let known = if N == 1 { *old_id } else { *old_id & !CENTRE_COVERED };
-                        if key[lane] > *old_key || self.id[lane] < known {
-                            let centre = (centres >> lane) as u32 & 1;
-                            *old_key = key[lane];
-                            *old_id = self.id[lane] | centre << 31;
-                            touched |= 1 << lane;
-                            written += 1;
+                        let known = if N == 1 { ids[at] } else { ids[at] & !CENTRE_COVERED };
+                        if key[lane] > old_key || self.id[lane] < known {
+                            (keys[at], ids[at]) = (key[lane], seen[lane]);
+                            won |= 1 << lane;
                         }
                     }
+                    touched |= won;
+                    written += won.count_ones();
                 }
                 value = [value[0] - self.left[0], value[1] - self.left[1], value[2] - self.left[2]];
             }
