@@ -6,10 +6,11 @@ use base64::Engine;
 use cullet_measure::{ErrorMap, Picture, heatmap};
 
 use super::Report;
-use super::findings::{Kind, short};
+use super::findings::{Finding, Kind};
 use super::measure::{Measured, name};
 use super::plot::{self, escape};
 use super::table::{Row, panels};
+use super::words::short;
 use crate::exit::Failure;
 use crate::picture_file::{Format, Pixels, PngCompression, Samples, encode};
 
@@ -64,8 +65,12 @@ pub fn page(report: &Report<'_>) -> Result<String, Failure> {
     body += &tables(report.rows);
     let _ = writeln!(
         body,
-        "<footer>Spread: half the interquartile range of the time as a fraction of it. Rows beaten by \
-         no more than their spread in time, and by under 1% in error, count as on the front. FLIP error maps: black is 0, \
+        "<footer>Times are the default's median times the median ratio to it, round by round; spread: half \
+         the interquartile range of the ratio as a fraction of it; &#177;: how far the ratio may be off. \
+         Rows of plain code are timed where there is no wide code for their value: compare them with each other. Rows beaten \
+         by no more than can be told, neither in time (&#177;, at most the spread) nor in error (by what the \
+         two halves of the reference's samples disagree), count as on the front. Verdicts are given beyond the \
+         same doubts; within them the page cannot tell. FLIP error maps: black is 0, \
          the palest yellow {FULL} and more. Budget {} s, took {:.0} s. Settings: {}.</footer>",
         report.budget,
         report.took,
@@ -81,20 +86,22 @@ pub fn page(report: &Report<'_>) -> Result<String, Failure> {
 
 fn findings(report: &Report<'_>) -> String {
     let mut html = String::new();
-    let mut list = |title: &str, kinds: &[Kind]| {
+    let mut list = |title: &str, findings: &[Finding]| {
         let _ = write!(html, "<h3>{title}</h3><ul>");
-        for finding in report.findings.iter().filter(|finding| kinds.contains(&finding.kind)) {
-            let mark = match finding.kind {
-                Kind::Confirmed => "<b class='yes'>confirmed</b> ",
-                Kind::Refuted => "<b class='no'>refuted</b> ",
-                Kind::Measured => "",
+        for finding in findings {
+            let class = match finding.kind {
+                Kind::Confirmed => "yes",
+                Kind::Refuted => "no",
+                Kind::CannotTell | Kind::Measured => "open",
             };
-            let _ = write!(html, "<li>{mark}{}</li>", escape(&finding.text));
+            let name = finding.kind.name();
+            let _ =
+                write!(html, "<li><b class='{class}'>{name}</b> {}</li>", escape(&finding.text));
         }
         html += "</ul>";
     };
-    list("What one would expect", &[Kind::Confirmed, Kind::Refuted]);
-    list("Every trade against the default", &[Kind::Measured]);
+    list("What one would expect", &report.findings.expectations);
+    list("Every trade against the default", &report.findings.trades);
     html
 }
 
@@ -134,7 +141,7 @@ fn tables(rows: &[Row]) -> String {
         let _ = write!(
             html,
             "<details><summary><b>{}</b>: {}</summary><p>{}</p><div class='scroll'><table><thead>\
-             <tr><th>knob<th>value<th>ms<th>times the default<th>spread<th>{}<th>front</tr></thead><tbody>",
+             <tr><th>knob<th>value<th>ms<th>times the default<th>spread<th>&#177;<th>{}<th>front</tr></thead><tbody>",
             escape(&scene),
             metric.name(),
             metric.about(),
@@ -143,15 +150,17 @@ fn tables(rows: &[Row]) -> String {
         for row in rows.iter().filter(|row| row.scene == scene && row.metric == metric) {
             let _ = write!(
                 html,
-                "<tr{}><td>{}<td>{}<td>{}<td>{:.2}<td>{:.1}%<td>{}<td>{}</tr>",
+                "<tr{}><td>{}<td>{}<td>{}<td>{:.2}<td>{:.1}%<td>{:.1}%<td>{}<td>{}</tr>",
                 if row.default { " class='default'" } else { "" },
                 row.knob,
                 row.value,
                 short(row.time_ms),
                 row.time_ratio,
                 100.0 * row.spread,
+                100.0 * row.time_doubt,
                 short(row.error),
                 match (row.pareto, row.tied) {
+                    _ if row.plain_code => "plain code",
                     (true, false) => "●",
                     (true, true) => "≈",
                     _ => "",

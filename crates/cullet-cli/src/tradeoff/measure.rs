@@ -8,8 +8,10 @@ use cullet::{Frame, FrameStats, Prepared, Renderer, Settings, View};
 use cullet_measure::{Comparison, MeasureError, Order, Picture, Rounds, Summary};
 
 use super::knobs::{Configuration, configurations, endless_light};
-use super::metrics::{Drawn, Errors, Metric, errors, picture};
-use super::plan::{Budget, FEWEST_ROUNDS, REFERENCE_SHARE, ROUNDS, affordable, time_for_rounds};
+use super::metrics::{Drawn, Errors, Measuring, Metric, picture};
+use super::plan::{
+    Budget, Costs, FEWEST_ROUNDS, REFERENCE_SHARE, ROUNDS, affordable, time_for_rounds,
+};
 use super::reference::{Reference, Room};
 use crate::exit::Failure;
 use crate::message::Progress;
@@ -66,6 +68,13 @@ impl Reporter<'_> {
     }
 }
 
+/// What is looked at, and the truth about it.
+struct Scene<'a> {
+    prepared: &'a Prepared,
+    view: &'a View,
+    reference: &'a Reference,
+}
+
 /// A rival: settings with memory of their own.
 struct Rival {
     settings: Settings,
@@ -113,12 +122,13 @@ pub fn scene(
     let mut now = clock(threads);
     let mut rivals: Vec<(Configuration, Rival, f64)> = Vec::new();
     let mut drawn = Vec::new();
+    let mut costs = Costs::default();
     for (i, configuration) in configurations.drain(..).enumerate() {
         report.say(&format!("errors of {}", name(&configuration)));
         // What is left has to do for the rounds of those before.
-        let costs = rivals.iter().map(|(.., seconds)| *seconds);
-        let left = end.saturating_duration_since(Instant::now());
-        if i >= NEEDED && left.as_secs_f64() <= time_for_rounds(costs) {
+        let rounds = time_for_rounds(rivals.iter().map(|(.., seconds)| *seconds));
+        let until = end.checked_sub(Duration::from_secs_f64(rounds)).unwrap_or(begun);
+        if i >= NEEDED && !costs.fit(&metrics(&configuration), until) {
             left_out.extend(names(&configuration));
             continue;
         }
@@ -128,8 +138,18 @@ pub fn scene(
         let start = Instant::now();
         let stats = rival.draw(prepared, view);
         let seconds = start.elapsed().as_secs_f64();
-        let of_one = measure_errors(&configuration, &mut rival, prepared, view, &reference, &stats);
-        drawn.push(of_one.map_err(Failure::input)?);
+        costs.expect_frames(seconds);
+        let scene = Scene { prepared, view, reference: &reference };
+        let (metrics, plan) = (metrics(&configuration), (&mut costs, until));
+        let (errors, picture, skipped) =
+            measure_errors(&mut rival, &scene, &stats, metrics, plan).map_err(Failure::input)?;
+        for metric in skipped {
+            let uses = configuration.uses.iter().filter(|(.., metrics)| metrics.contains(&metric));
+            left_out.extend(
+                uses.map(|(knob, value, _)| format!("{knob} {value} by {}", metric.name())),
+            );
+        }
+        drawn.push((errors, picture));
         rivals.push((configuration, rival, seconds));
     }
 
@@ -183,25 +203,42 @@ pub fn scene(
     Ok(SceneMeasured { reference, all, left_out, n_rounds, control })
 }
 
-/// The errors of the picture in `rival`, and the picture.
+/// The errors of the picture in `rival`, the picture, and the metrics that there was no time for.
 fn measure_errors(
-    configuration: &Configuration,
     rival: &mut Rival,
-    prepared: &Prepared,
-    view: &View,
-    reference: &Reference,
+    scene: &Scene<'_>,
     stats: &FrameStats,
-) -> Result<(Errors, Picture), MeasureError> {
+    metrics: Vec<Metric>,
+    plan: (&mut Costs, Instant),
+) -> Result<(Errors, Picture, Vec<Metric>), MeasureError> {
+    let (costs, until) = plan;
     let picture = picture(&rival.frame)?;
+    let Scene { prepared, view, reference } = *scene;
     let settings = &rival.settings;
-    let n_kept = stats.objects.n_drawn;
-    let drawn = Drawn { prepared, view, settings, picture: &picture, n_kept };
-    let mut metrics: Vec<Metric> =
-        configuration.uses.iter().flat_map(|(.., metrics)| *metrics).copied().collect();
+    let drawn =
+        Drawn { prepared, view, settings, picture: &picture, n_kept: stats.objects.n_drawn };
+    let mut measuring = Measuring::new(drawn, reference);
+    let mut skipped = Vec::new();
+    for (i, metric) in metrics.into_iter().enumerate() {
+        // One is measured whatever the time: without any there would be no row.
+        if i > 0 && !costs.fit(&[metric], until) {
+            skipped.push(metric);
+            continue;
+        }
+        let start = Instant::now();
+        measuring.measure(&mut rival.renderer, metric)?;
+        costs.learn(metric, start.elapsed());
+    }
+    Ok((measuring.errors, picture, skipped))
+}
+
+/// What metrics are measured of a configuration.
+fn metrics(configuration: &Configuration) -> Vec<Metric> {
+    let all = configuration.uses.iter().flat_map(|(.., metrics)| *metrics);
+    let mut metrics: Vec<Metric> = all.copied().collect();
     metrics.sort_unstable();
     metrics.dedup();
-    let errors = errors(&drawn, &mut rival.renderer, reference, &metrics)?;
-    Ok((errors, picture))
+    metrics
 }
 
 /// The values of knobs that a configuration is.

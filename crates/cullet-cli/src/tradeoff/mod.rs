@@ -4,6 +4,9 @@
 //! rounds, error against a reference that is not the fast path, both from the same run.
 
 mod calls;
+mod domination;
+mod doubt;
+mod expectations;
 mod findings;
 mod html;
 mod knobs;
@@ -15,6 +18,8 @@ mod plan;
 mod plot;
 mod reference;
 mod table;
+mod text;
+mod words;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -32,7 +37,7 @@ use crate::output::{Outputs, Target, print, spare_inputs};
 use crate::render::{camera, size};
 use crate::source::{Limits, Source};
 use crate::stats;
-use findings::{Control, Finding, findings};
+use findings::{Control, Findings};
 use lamp::Lamp;
 use machine::Machine;
 use measure::{Reporter, SceneMeasured};
@@ -48,7 +53,11 @@ const CALLS: f64 = 0.02;
 /// Measure speed against accuracy: every setting's time and error, and which settings nothing beats.
 ///
 /// Writes tradeoff.csv, tradeoff.json, tradeoff.svg and tradeoff.html, and prints the settings that
-/// nothing beats.
+/// nothing beats, what they were measured with, and of everything one would expect whether it is confirmed,
+/// refuted, or within what the figures cannot tell.
+///
+/// `time_ms` is the default's median times the median ratio to it, round by round; `spread` is half the
+/// interquartile range of that ratio as a fraction of it.
 #[derive(Args, Clone, Debug)]
 pub struct TradeoffArgs {
     /// .glb, .gltf or .obj files, or `synth:NAME`; several are measured one after the other
@@ -81,7 +90,7 @@ pub struct TradeoffArgs {
 struct Report<'a> {
     scenes: &'a [SceneReport],
     rows: &'a [Row],
-    findings: &'a [Finding],
+    findings: &'a Findings,
     machine: &'a Machine,
     size: (u32, u32),
     threads: u16,
@@ -146,7 +155,7 @@ pub fn run(args: &TradeoffArgs) -> Result<(), Failure> {
     table::find_fronts(&mut rows);
     let controls: Vec<Control> =
         scenes.iter().map(|scene| Control::of(&scene.name, &scene.measured)).collect();
-    let findings = findings(&rows, &controls);
+    let findings = Findings::of(&rows, &controls);
     drop(line);
 
     let report = Report {
@@ -169,7 +178,7 @@ pub fn run(args: &TradeoffArgs) -> Result<(), Failure> {
     outputs.write(2, plot::svg(&rows).as_bytes())?;
     outputs.write(3, html::page(&report)?.as_bytes())?;
     outputs.commit()?;
-    print(table::fronts(&rows).as_bytes())?;
+    print(text::all(&report).as_bytes())?;
     for scene in scenes.iter().filter(|scene| !scene.measured.left_out.is_empty()) {
         let left_out = scene.measured.left_out.join(", ");
         note(format_args!(
@@ -228,6 +237,7 @@ fn report_json(report: &Report<'_>) -> Vec<u8> {
         scene: &'a str,
         camera: &'a str,
         reference: &'a str,
+        samples: u32,
         rounds: usize,
         left_out: &'a [String],
     }
@@ -238,6 +248,7 @@ fn report_json(report: &Report<'_>) -> Vec<u8> {
             scene: &scene.name,
             camera: &scene.camera,
             reference: &scene.measured.reference.how,
+            samples: scene.measured.reference.n_samples,
             rounds: scene.measured.n_rounds,
             left_out: &scene.measured.left_out,
         })
@@ -257,7 +268,7 @@ fn report_json(report: &Report<'_>) -> Vec<u8> {
         },
         "scenes": scenes,
         "rows": report.rows,
-        "findings": report.findings,
+        "findings": report.findings.all().collect::<Vec<_>>(),
     }))
 }
 

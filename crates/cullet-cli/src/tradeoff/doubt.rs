@@ -1,0 +1,157 @@
+//! What the figures are able to tell, and what they are not.
+//!
+//! * **Times** are ratios to the default, round by round, so that what slows a whole round cancels. A
+//!   ratio is known to the 95% interval of its median ([`Summary::uncertainty`]) and to what the default
+//!   differs from itself when it is measured twice (who lies where in memory, who runs after whom: no
+//!   number of rounds takes that away), whichever is more. Of less than five rounds, whose quartiles say
+//!   nothing, twice the whole range is taken.
+//! * **Errors** against a picture made of samples are known as far as the samples are many: an order of
+//!   two errors is told only where their difference is larger than that by which the two halves of the
+//!   samples disagree about it. Errors against exact references have no doubt.
+//!
+//! What is within its doubt is neither so nor not so: [`Outcome::CannotTell`].
+
+use cullet_measure::{Comparison, Summary};
+
+use super::table::Row;
+
+/// What becomes of a claim.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Outcome {
+    /// It is so, beyond doubt.
+    Confirmed,
+    /// It may be so.
+    CannotTell,
+    /// It is not so, beyond doubt.
+    Refuted,
+}
+
+impl Outcome {
+    /// Of a claim that something is below `limit`, known to within `doubt`.
+    pub fn below(value: f64, limit: f64, doubt: f64) -> Outcome {
+        if value + doubt < limit {
+            Outcome::Confirmed
+        } else if value - doubt >= limit {
+            Outcome::Refuted
+        } else {
+            Outcome::CannotTell
+        }
+    }
+
+    /// Of a claim about what is counted or exact.
+    pub fn exactly(holds: bool) -> Outcome {
+        if holds { Outcome::Confirmed } else { Outcome::Refuted }
+    }
+
+    /// Of the opposite claim.
+    pub fn not(self) -> Outcome {
+        match self {
+            Outcome::Confirmed => Outcome::Refuted,
+            Outcome::CannotTell => Outcome::CannotTell,
+            Outcome::Refuted => Outcome::Confirmed,
+        }
+    }
+
+    /// Of both claims together: one that is refuted refutes all.
+    pub fn and(self, other: Outcome) -> Outcome {
+        self.max(other)
+    }
+}
+
+/// How far a median may be off, as a fraction of it.
+pub fn of_median(summary: &Summary) -> f64 {
+    match summary.n {
+        0..=2 => f64::INFINITY,
+        3..=4 => 2.0 * (summary.max - summary.min) / summary.median,
+        _ => summary.uncertainty(),
+    }
+}
+
+/// How far the default is from itself, measured twice: of any ratio, what is not known.
+pub fn of_control(control: &Comparison) -> f64 {
+    (control.ratios.median - 1.0).abs()
+}
+
+/// Whether `a` takes less than `share` of the time of `b`, both of one scene.
+pub fn is_faster(a: &Row, b: &Row, share: f64) -> Outcome {
+    Outcome::below(a.time_ms / b.time_ms, share, a.time_doubt.max(b.time_doubt))
+}
+
+/// Whether `a` is truer than `b`, both of one scene and metric: confirmed and refuted mean a difference
+/// that is told. No difference at all is none.
+pub fn is_truer(a: &Row, b: &Row) -> Outcome {
+    let (a, b) = (Error::of(a), Error::of(b));
+    a.below(&b, 1.0)
+}
+
+/// An error, and what either half of its reference makes of it.
+#[derive(Clone, Copy, Debug)]
+pub struct Error {
+    whole: f64,
+    halves: [f64; 2],
+}
+
+impl Error {
+    /// That of a row.
+    pub fn of(row: &Row) -> Error {
+        Error { whole: row.error, halves: row.error_by_halves.unwrap_or([row.error; 2]) }
+    }
+
+    /// The error on the straight line from this to another, `part` of the way.
+    pub fn towards(self, other: Error, part: f64) -> Error {
+        let mix = |a: f64, b: f64| a + (b - a) * part;
+        let [even, odd] = [0, 1].map(|half| mix(self.halves[half], other.halves[half]));
+        Error { whole: mix(self.whole, other.whole), halves: [even, odd] }
+    }
+
+    /// Whether it is below `share` of another.
+    pub fn below(&self, other: &Error, share: f64) -> Outcome {
+        let [even, odd] = [0, 1].map(|half| self.halves[half] - share * other.halves[half]);
+        Outcome::below(self.whole - share * other.whole, 0.0, (even - odd).abs())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::table::tests::row;
+    use super::*;
+
+    #[test]
+    fn what_is_within_its_doubt_is_not_told() {
+        for (value, outcome) in [
+            (0.9, Outcome::Confirmed),
+            (0.97, Outcome::CannotTell),
+            (1.04, Outcome::CannotTell),
+            (1.1, Outcome::Refuted),
+            (f64::NAN, Outcome::CannotTell),
+        ] {
+            assert_eq!(Outcome::below(value, 1.0, 0.05), outcome, "{value}");
+        }
+        assert_eq!(Outcome::below(0.1, 1.0, f64::INFINITY), Outcome::CannotTell);
+        assert_eq!(Outcome::Confirmed.and(Outcome::CannotTell), Outcome::CannotTell);
+        assert_eq!(Outcome::Refuted.and(Outcome::CannotTell), Outcome::Refuted);
+        assert_eq!(Outcome::Confirmed.not(), Outcome::Refuted);
+    }
+
+    #[test]
+    fn few_rounds_know_little() {
+        let of = |samples: &[f64]| of_median(&Summary::of(samples).unwrap());
+        assert_eq!(of(&[1.0, 1.0]), f64::INFINITY);
+        assert!((of(&[1.0, 0.9, 1.1]) - 0.4).abs() < 1e-12);
+        assert!(of(&[0.9, 0.95, 1.0, 1.05, 1.1]) < 0.4);
+    }
+
+    #[test]
+    fn errors_are_as_sure_as_halves_agree() {
+        let with =
+            |error, halves| Row { error_by_halves: Some(halves), ..row("a", "x", 1.0, error) };
+        let a = with(0.1, [0.1, 0.1]);
+        assert_eq!(is_truer(&a, &with(0.2, [0.19, 0.21])), Outcome::Confirmed);
+        assert_eq!(is_truer(&with(0.2, [0.19, 0.21]), &a), Outcome::Refuted);
+        assert_eq!(is_truer(&a, &with(0.11, [0.09, 0.13])), Outcome::CannotTell);
+        // Without a doubt, equal is not truer.
+        assert_eq!(is_truer(&a, &a), Outcome::Refuted);
+        let exact = |error| row("a", "x", 1.0, error);
+        assert_eq!(is_truer(&exact(0.1), &exact(0.100_01)), Outcome::Confirmed);
+    }
+}
