@@ -1,7 +1,8 @@
 //! What no frame asks for often enough to show: sines and cosines, by the call.
 //!
-//! A frame takes one tangent per camera, so the trade is measured by itself, on a million angles up to
-//! 1e9 as an animation of everything would ask for. Its rows stand under a scene of their own.
+//! A frame takes one tangent per camera, so the trade is measured by itself, on a million angles: within a
+//! few turns, as most are; and up to 1e9, where bringing the angle near 0 is most of the work of
+//! `libm`. The rows of each stand under a scene of their own.
 
 use std::hint::black_box;
 use std::time::Duration;
@@ -12,8 +13,21 @@ use cullet_measure::{Comparison, Order, Rounds, Summary};
 use super::measure::clock;
 use super::plan::ROUNDS;
 
-/// The name of the scene.
-pub const SCENE: &str = "calls";
+/// Angles of one size.
+struct Range {
+    scene: &'static str,
+    /// Radians, either sign.
+    most: f64,
+}
+
+const RANGES: [Range; 2] =
+    [Range { scene: "calls", most: 20.0 }, Range { scene: "calls to 1e9", most: 1e9 }];
+
+/// Whether rows stand under this name.
+pub fn is_scene(name: &str) -> bool {
+    RANGES.iter().any(|range| range.scene == name)
+}
+
 /// The name of the knob.
 pub const KNOB: &str = "sincos";
 
@@ -24,6 +38,8 @@ const SAMPLE: u32 = 50_000;
 
 /// A way to compute them, measured.
 pub struct Call {
+    /// The name that its row stands under.
+    pub scene: &'static str,
     /// Its name.
     pub value: &'static str,
     /// Seconds for a million calls.
@@ -34,8 +50,12 @@ pub struct Call {
     pub error: f64,
 }
 
-/// Measures all ways, within about `budget`.
-pub fn measure(budget: Duration) -> Vec<Call> {
+/// Measures all ways on all ranges, within about `budget`: for each range a list, `libm` first.
+pub fn measure(budget: Duration) -> Vec<Vec<Call>> {
+    RANGES.iter().map(|range| of_range(range, budget / RANGES.len() as u32)).collect()
+}
+
+fn of_range(range: &Range, budget: Duration) -> Vec<Call> {
     let table = |n| SinCos::Table(SinCosTable::new(n));
     let ways = [
         ("libm", SinCos::Libm),
@@ -44,7 +64,7 @@ pub fn measure(budget: Duration) -> Vec<Call> {
         ("table4096", table(4096)),
         ("table65536", table(65536)),
     ];
-    let angles: Vec<f64> = (0..SAMPLE).map(angle).collect();
+    let angles: Vec<f64> = (0..SAMPLE).map(|i| range.most * place(i)).collect();
     let mut calls: Vec<_> = ways
         .iter()
         .map(|(_, way)| {
@@ -67,16 +87,15 @@ pub fn measure(budget: Duration) -> Vec<Call> {
         let Comparison { b: time, ratios: ratio, .. } =
             Comparison::of(&per_call[0], own).expect("at least one round");
         let error = angles.iter().map(|&angle| error(way, angle)).fold(0.0, f64::max);
-        Call { value, time, ratio, error }
+        Call { scene: range.scene, value, time, ratio, error }
     });
     all.collect()
 }
 
-/// Angle `i`: half of them within a few turns, half to 1e9, evenly.
-fn angle(i: u32) -> f64 {
+/// Number `i` of numbers from -1 to 1, evenly.
+fn place(i: u32) -> f64 {
     let golden = f64::from(i) * 0.618_033_988_749_895;
-    let part = 2.0 * (golden - golden.floor()) - 1.0;
-    part * if i.is_multiple_of(2) { 20.0 } else { 1e9 }
+    2.0 * (golden - golden.floor()) - 1.0
 }
 
 fn error(way: &SinCos, angle: f64) -> f64 {

@@ -5,7 +5,7 @@
 //! other if it takes less time and is no less true by every metric that was measured of both. Fronts, in the
 //! table, are per metric.
 
-use super::doubt::{Error, Outcome, is_faster, is_truer};
+use super::doubt::{Error, Outcome, is_faster, is_faster_among, is_truer, widened};
 use super::findings::{Finding, Kind, Verdict};
 use super::knobs::QUALITY;
 use super::metrics::Metric;
@@ -44,10 +44,15 @@ fn shared<'a>(
     a.iter().filter_map(|a| Some((*a, *b.iter().find(|b| b.metric == a.metric)?)))
 }
 
-/// Whether `other` takes less than `share` of the time of `own` and is no less true.
-fn dominates(other: &Configuration<'_>, own: &Configuration<'_>, share: f64) -> Option<Outcome> {
+/// Whether `other`, one of `n`, takes less than `share` of the time of `own` and is no less true.
+fn dominates(
+    other: &Configuration<'_>,
+    own: &Configuration<'_>,
+    share: f64,
+    n: usize,
+) -> Option<Outcome> {
     let errors = shared(other, own).map(|(other, own)| is_truer(own, other).not());
-    Some(errors.reduce(Outcome::and)?.and(is_faster(other[0], own[0], share)))
+    Some(errors.reduce(Outcome::and)?.and(is_faster_among(other[0], own[0], share, n)))
 }
 
 /// Whether nothing dominates `own`, and what comes nearest to it.
@@ -55,7 +60,7 @@ fn stands(own: &Configuration<'_>, all: &[Configuration<'_>], share: f64) -> (Ou
     let mut outcome = Outcome::Confirmed;
     let mut rivals = Vec::new();
     for other in all.iter().filter(|other| other[0].configuration != own[0].configuration) {
-        let Some(beats) = dominates(other, own, share) else { continue };
+        let Some(beats) = dominates(other, own, share, all.len() - 1) else { continue };
         outcome = outcome.and(beats.not());
         if beats != Outcome::Refuted {
             rivals.push((beats, other[0]));
@@ -64,15 +69,15 @@ fn stands(own: &Configuration<'_>, all: &[Configuration<'_>], share: f64) -> (Ou
     rivals.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.time_ms.total_cmp(&b.1.time_ms)));
     let words = rivals.iter().take(3).map(|(beats, row)| {
         let may = if *beats == Outcome::Confirmed { "" } else { "perhaps " };
-        format!("{may}by {}, {}", row.name(), saving(row, own[0]))
+        format!("{may}by {}, {}", row.name(), saving(row, own[0], all.len() - 1))
     });
     let words: Vec<String> = words.collect();
     (outcome, if words.is_empty() { "by none".into() } else { words.join(", ") })
 }
 
-/// `-5.1% ± 0.8%` of the time.
-fn saving(row: &Row, own: &Row) -> String {
-    let doubt = row.time_doubt.max(own.time_doubt);
+/// `-5.1% ± 0.8%` of the time, as one of `n`.
+fn saving(row: &Row, own: &Row, n: usize) -> String {
+    let doubt = widened(row.time_doubt.max(own.time_doubt), n);
     format!(
         "{:+.1}% ± {:.1}% of its time",
         100.0 * (row.time_ms / own.time_ms - 1.0),
@@ -90,9 +95,11 @@ fn by_one_metric(own: &Configuration<'_>, all: &[Configuration<'_>], share: f64)
             let is_worse = is_truer(own, other) == Outcome::Confirmed;
             if is_worse { &mut worse } else { &mut no_worse }.push(other.metric.name());
         }
-        let faster = is_faster(other[0], own[0], share) != Outcome::Refuted;
+        let n = all.len() - 1;
+        let faster = is_faster_among(other[0], own[0], share, n) != Outcome::Refuted
+            && is_faster_among(other[0], own[0], 1.0, n) == Outcome::Confirmed;
         if faster && !no_worse.is_empty() && !worse.is_empty() {
-            let (name, saving) = (other[0].name(), saving(other[0], own[0]));
+            let (name, saving) = (other[0].name(), saving(other[0], own[0], n));
             let (good, bad) = (no_worse.join(" and "), worse.join(" and "));
             words.push(format!("{name}, {saving}, is no less true by {good}, but is by {bad}"));
         }
@@ -158,7 +165,7 @@ pub fn bargains(rows: &[Row]) -> Vec<Finding> {
                 })
                 .collect();
             if !truer.is_empty() {
-                let (name, saving) = (other[0].name(), saving(other[0], own[0]));
+                let (name, saving) = (other[0].name(), saving(other[0], own[0], 1));
                 words.push(format!("{scene}: {name}, {saving}, has {}", truer.join(", ")));
             }
         }

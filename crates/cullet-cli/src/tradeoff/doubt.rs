@@ -5,6 +5,7 @@
 //!   differs from itself when it is measured twice (who lies where in memory, who runs after whom: no
 //!   number of rounds takes that away), whichever is more. Of less than five rounds, whose quartiles say
 //!   nothing, twice the whole range is taken.
+//!   Where many rivals are asked about one claim, intervals are widened to hold together ([`widened`]).
 //! * **Errors** against a picture made of samples are known as far as the samples are many: an order of
 //!   two errors is told only where their difference is larger than that by which the two halves of the
 //!   samples disagree about it. Errors against exact references have no doubt.
@@ -74,7 +75,21 @@ pub fn of_control(control: &Comparison) -> f64 {
 
 /// Whether `a` takes less than `share` of the time of `b`, both of one scene.
 pub fn is_faster(a: &Row, b: &Row, share: f64) -> Outcome {
-    Outcome::below(a.time_ms / b.time_ms, share, a.time_doubt.max(b.time_doubt))
+    is_faster_among(a, b, share, 1)
+}
+
+/// [`is_faster`], where `n` rivals are asked about one claim: of fifty intervals of 95% some miss
+/// by chance, so each is made as much wider as keeps all of them together at 95%.
+pub fn is_faster_among(a: &Row, b: &Row, share: f64, n: usize) -> Outcome {
+    let doubt = widened(a.time_doubt.max(b.time_doubt), n);
+    Outcome::below(a.time_ms / b.time_ms, share, doubt)
+}
+
+/// A 95% interval as one of `n` that hold together with 95% (Bonferroni), by the tail of the normal
+/// distribution, to a few percent.
+pub fn widened(doubt: f64, n: usize) -> f64 {
+    const Z: f64 = 1.96;
+    doubt * (1.0 + 2.0 * (n.max(1) as f64).ln() / (Z * Z)).sqrt()
 }
 
 /// Whether `a` is truer than `b`, both of one scene and metric: confirmed and refuted mean a difference
@@ -92,6 +107,16 @@ pub struct Error {
 }
 
 impl Error {
+    /// Against all samples, and against either half.
+    pub fn new(whole: f64, halves: [f64; 2]) -> Error {
+        Error { whole, halves }
+    }
+
+    /// Against all samples.
+    pub fn whole(&self) -> f64 {
+        self.whole
+    }
+
     /// That of a row.
     pub fn of(row: &Row) -> Error {
         Error { whole: row.error, halves: row.error_by_halves.unwrap_or([row.error; 2]) }
@@ -131,6 +156,14 @@ mod tests {
         assert_eq!(Outcome::Confirmed.and(Outcome::CannotTell), Outcome::CannotTell);
         assert_eq!(Outcome::Refuted.and(Outcome::CannotTell), Outcome::Refuted);
         assert_eq!(Outcome::Confirmed.not(), Outcome::Refuted);
+    }
+
+    #[test]
+    fn many_intervals_are_wider_so_as_to_hold_together() {
+        // Two-sided quantiles of the normal distribution at 5%, .5% and .1%, over that at 5%.
+        for (n, wider) in [(1, 1.0), (10, 2.807 / 1.96), (50, 3.291 / 1.96)] {
+            assert!((widened(1.0, n) / wider - 1.0).abs() < 0.05, "{n}: {}", widened(1.0, n));
+        }
     }
 
     #[test]

@@ -6,6 +6,7 @@ use serde::Serialize;
 use super::doubt::{self, Outcome};
 use super::knobs::KNOBS;
 use super::measure::SceneMeasured;
+use super::study::{self, Study};
 use super::table::Row;
 use super::words::{Range, distinct};
 use super::{calls, domination, expectations};
@@ -57,6 +58,7 @@ impl From<Outcome> for Kind {
 }
 
 /// The verdict on a claim, and the figures behind it, for one scene.
+#[derive(Clone, Debug)]
 pub struct Verdict {
     pub scene: String,
     pub outcome: Outcome,
@@ -118,13 +120,14 @@ pub struct Findings {
 }
 
 impl Findings {
-    /// From the rows and controls alone.
-    pub fn of(rows: &[Row], controls: &[Control]) -> Findings {
+    /// From the rows, the controls and the studies alone.
+    pub fn of(rows: &[Row], controls: &[Control], studies: &[Study]) -> Findings {
         let controls: Vec<Verdict> = controls.iter().map(Control::verdict).collect();
         let text = "The default, measured a second time in the same rounds, takes the same time";
         let mut expectations: Vec<Finding> = Finding::of(text, &controls).into_iter().collect();
         expectations.extend(domination::findings(rows));
         expectations.extend(expectations::findings(rows));
+        expectations.extend(study::findings(studies));
         expectations.extend(domination::bargains(rows));
         let mut trades = Vec::new();
         for knob in KNOBS.iter().map(|knob| knob.name).chain([calls::KNOB]) {
@@ -194,7 +197,7 @@ mod tests {
             row("b", "none", 0.6, 0.25),
         ];
         find_fronts(&mut rows);
-        let all = Findings::of(&rows, &[]).trades;
+        let all = Findings::of(&rows, &[], &[]).trades;
         let text = "aa none takes 0.50 to 0.60 times the time of the default: flip 0.25 to 0.3 \
                     instead of 0.1 to 0.2 (on the front of 2 of 2)";
         assert_eq!(all.last(), Some(&Finding { kind: Kind::Measured, text: text.into() }));
@@ -204,7 +207,7 @@ mod tests {
     fn what_is_measured_twice_agrees_or_says_so() {
         let first = |off, doubt| {
             let control = Control { scene: "a".into(), off, doubt };
-            Findings::of(&[], &[control]).expectations.remove(0)
+            Findings::of(&[], &[control], &[]).expectations.remove(0)
         };
         assert_eq!(first(0.02, 0.02).kind, Kind::Confirmed);
         assert_eq!(first(0.03, 0.02).kind, Kind::Refuted);

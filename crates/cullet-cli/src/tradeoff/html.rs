@@ -9,6 +9,7 @@ use super::Report;
 use super::findings::{Finding, Kind};
 use super::measure::{Measured, name};
 use super::plot::{self, escape};
+use super::study::Study;
 use super::table::{Row, panels};
 use super::words::short;
 use crate::exit::Failure;
@@ -62,6 +63,7 @@ pub fn page(report: &Report<'_>) -> Result<String, Failure> {
         body += &pictures(&scene.measured.reference.picture, &scene.measured.all)?;
         body += "</section>\n";
     }
+    body += &studies(report.studies);
     body += &tables(report.rows);
     let _ = writeln!(
         body,
@@ -133,6 +135,30 @@ fn pictures(reference: &Picture, all: &[Measured]) -> Result<String, Failure> {
         );
     }
     Ok(html + "</div>")
+}
+
+/// The figures of what was measured by itself.
+fn studies(studies: &[Study]) -> String {
+    let mut html = String::from("<section><h2>Measured by itself</h2><div class='tables'>");
+    for study in studies {
+        let scene = study.scene.as_ref().map_or(String::new(), |scene| format!("{scene}: "));
+        let _ = write!(
+            html,
+            "<details><summary><b>{}{}</b></summary><p>{}</p><div class='scroll'><table><thead><tr><th>",
+            escape(&scene),
+            study.name,
+            escape(study.about)
+        );
+        study.columns.iter().for_each(|name| _ = write!(html, "<th>{}", escape(name)));
+        html += "</tr></thead><tbody>";
+        for (name, numbers) in &study.lines {
+            let _ = write!(html, "<tr><td>{}", escape(name));
+            numbers.iter().for_each(|number| _ = write!(html, "<td>{}", short(*number)));
+            html += "</tr>";
+        }
+        html += "</tbody></table></div></details>\n";
+    }
+    html + "</div></section>\n"
 }
 
 fn tables(rows: &[Row]) -> String {

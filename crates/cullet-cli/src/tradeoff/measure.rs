@@ -10,9 +10,11 @@ use cullet_measure::{Comparison, MeasureError, Order, Picture, Rounds, Summary};
 use super::knobs::{Configuration, configurations, endless_light};
 use super::metrics::{Drawn, Errors, Measuring, Metric, picture};
 use super::plan::{
-    Budget, Costs, FEWEST_ROUNDS, REFERENCE_SHARE, ROUNDS, affordable, time_for_rounds,
+    Budget, Costs, FEWEST_ROUNDS, REFERENCE_SHARE, ROUNDS, STUDIES_SHARE, affordable,
+    time_for_rounds,
 };
 use super::reference::{Reference, Room};
+use super::study::{Studies, Study, Subject};
 use crate::exit::Failure;
 use crate::message::Progress;
 
@@ -46,6 +48,8 @@ pub struct SceneMeasured {
     /// The default once more, as if it were another: against itself, round by round. What this is
     /// off from 1 no two rows can be told apart by.
     pub control: Comparison,
+    /// What was measured by itself.
+    pub studies: Vec<Study>,
 }
 
 /// What a run says about where it is.
@@ -118,7 +122,16 @@ pub fn scene(
     let say = &mut |step: &str| report.say(step);
     let reference = Reference::find(prepared, view, &base, &lit, room, say)?;
 
-    let mut left_out = Vec::new();
+    let subject = Subject {
+        scene: &report.scene,
+        prepared,
+        view,
+        settings: base,
+        truth: &reference.perceived.whole,
+    };
+    report.say("studies");
+    let Studies { done: studies, mut left_out, .. } =
+        Studies::within(whole.mul_f64(STUDIES_SHARE)).of(&subject)?;
     let mut now = clock(threads);
     let mut rivals: Vec<(Configuration, Rival, f64)> = Vec::new();
     let mut drawn = Vec::new();
@@ -200,7 +213,7 @@ pub fn scene(
         Measured { configuration, time, ratio, errors, picture }
     });
     let (all, n_rounds) = (all.collect(), base.len());
-    Ok(SceneMeasured { reference, all, left_out, n_rounds, control })
+    Ok(SceneMeasured { reference, all, left_out, n_rounds, control, studies })
 }
 
 /// The errors of the picture in `rival`, the picture, and the metrics that there was no time for.

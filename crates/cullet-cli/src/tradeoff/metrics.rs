@@ -89,7 +89,7 @@ impl Metric {
             Metric::DefaultMax => {
                 "largest difference of a channel (0 to 1) from the picture of the default"
             }
-            Metric::MaxAbs => "largest absolute error of a sine or cosine, angles to 1e9",
+            Metric::MaxAbs => "largest absolute error of a sine or cosine",
         }
     }
 }

@@ -17,6 +17,7 @@ mod metrics;
 mod plan;
 mod plot;
 mod reference;
+mod study;
 mod table;
 mod text;
 mod words;
@@ -41,7 +42,8 @@ use findings::{Control, Findings};
 use lamp::Lamp;
 use machine::Machine;
 use measure::{Reporter, SceneMeasured};
-use plan::Budget;
+use plan::{Budget, STUDIES_SHARE};
+use study::{Studies, Study};
 use table::Row;
 
 /// Changes whenever a key changes its meaning or goes.
@@ -91,6 +93,9 @@ struct Report<'a> {
     scenes: &'a [SceneReport],
     rows: &'a [Row],
     findings: &'a Findings,
+    studies: &'a [Study],
+    /// Studies of no scene that there was no time for.
+    no_study: &'a [String],
     machine: &'a Machine,
     size: (u32, u32),
     threads: u16,
@@ -127,6 +132,8 @@ pub fn run(args: &TradeoffArgs) -> Result<(), Failure> {
     let line = Progress::show("measuring");
     let mut scenes: Vec<SceneReport> = Vec::new();
     let calls = calls::measure(Duration::from_secs_f64(args.budget * CALLS));
+    let Studies { done: mut studies, left_out: no_study, .. } =
+        Studies::within(Duration::from_secs_f64(args.budget * STUDIES_SHARE)).general()?;
     for (i, path) in args.scenes.iter().enumerate() {
         let end = budget.end_of_scene(args.scenes.len() - i);
         let name = scene_name(path, &scenes);
@@ -151,17 +158,22 @@ pub fn run(args: &TradeoffArgs) -> Result<(), Failure> {
     }
     let mut rows: Vec<Row> =
         scenes.iter().flat_map(|scene| table::of_scene(&scene.name, &scene.measured)).collect();
-    rows.extend(table::of_calls(&calls));
+    rows.extend(calls.iter().flat_map(|calls| table::of_calls(calls)));
     table::find_fronts(&mut rows);
     let controls: Vec<Control> =
         scenes.iter().map(|scene| Control::of(&scene.name, &scene.measured)).collect();
-    let findings = Findings::of(&rows, &controls);
+    for scene in &mut scenes {
+        studies.append(&mut scene.measured.studies);
+    }
+    let findings = Findings::of(&rows, &controls, &studies);
     drop(line);
 
     let report = Report {
         scenes: &scenes,
         rows: &rows,
         findings: &findings,
+        studies: &studies,
+        no_study: &no_study,
         machine: &machine,
         size: args.size,
         threads: args.threads,
@@ -179,6 +191,13 @@ pub fn run(args: &TradeoffArgs) -> Result<(), Failure> {
     outputs.write(3, html::page(&report)?.as_bytes())?;
     outputs.commit()?;
     print(text::all(&report).as_bytes())?;
+    if !no_study.is_empty() {
+        note(format_args!(
+            "left out, as --budget {} is short: {}",
+            args.budget,
+            no_study.join(", ")
+        ));
+    }
     for scene in scenes.iter().filter(|scene| !scene.measured.left_out.is_empty()) {
         let left_out = scene.measured.left_out.join(", ");
         note(format_args!(
@@ -207,7 +226,7 @@ fn scene_name(path: &Path, others: &[SceneReport]) -> String {
     let name =
         if whole.starts_with("synth:") { whole.into_owned() } else { stem.unwrap_or_default() };
     let is_taken =
-        |name: &str| name == calls::SCENE || others.iter().any(|other| other.name == name);
+        |name: &str| calls::is_scene(name) || others.iter().any(|other| other.name == name);
     let numbered = (2..).map(|n| format!("{name} {n}"));
     let names = std::iter::once(name.clone()).chain(numbered);
     names.into_iter().find(|name| !is_taken(name)).unwrap_or(name)
@@ -268,6 +287,8 @@ fn report_json(report: &Report<'_>) -> Vec<u8> {
         },
         "scenes": scenes,
         "rows": report.rows,
+        "studies": report.studies,
+        "left_out": report.no_study,
         "findings": report.findings.all().collect::<Vec<_>>(),
     }))
 }

@@ -111,10 +111,10 @@ pub fn of_scene(scene: &str, measured: &SceneMeasured) -> Vec<Row> {
     rows
 }
 
-/// The rows of what is measured by the call.
+/// The rows of what is measured by the call, over one range of angles.
 pub fn of_calls(calls: &[Call]) -> Vec<Row> {
     let row = |(configuration, call): (usize, &Call)| Row {
-        scene: calls::SCENE.into(),
+        scene: call.scene.into(),
         knob: calls::KNOB,
         value: call.value,
         time_ms: rounded(1e3 * calls[0].time.median * call.ratio.median),

@@ -96,7 +96,11 @@ fn the_table_is_as_promised_and_its_fronts_are_fronts() {
         own.map(|row| row.error).collect()
     };
     assert!(errors("quality", "flip").iter().any(|error| *error > 0.0));
-    assert!(errors("sincos", "max_abs").len() >= 3);
+    assert!(errors("sincos", "max_abs").len() >= 6, "near 0 and far from it");
+}
+
+fn name_of(study: &Value) -> &str {
+    study["name"].as_str().unwrap()
 }
 
 #[test]
@@ -134,6 +138,17 @@ fn the_report_says_what_it_was_measured_on() {
         .collect();
     let known = ["confirmed", "refuted", "cannot tell", "measured"];
     assert!(kinds.iter().all(|kind| known.contains(kind)), "{kinds:?}");
+
+    let studies: BTreeSet<_> = json["studies"].as_array().unwrap().iter().map(name_of).collect();
+    for name in ["transforms", "subpixel", "culling", "edges"] {
+        let left_out = json["left_out"].to_string() + &json["scenes"].to_string();
+        assert!(studies.contains(name) || left_out.contains(&format!("study {name}")), "{name}");
+    }
+    for study in json["studies"].as_array().unwrap() {
+        let n = study["columns"].as_array().unwrap().len();
+        let lines = study["lines"].as_array().unwrap();
+        assert!(lines.iter().all(|line| line[1].as_array().unwrap().len() == n), "{study}");
+    }
 
     let html = String::from_utf8(folder.read("report/tradeoff.html")).unwrap();
     assert!(html.contains("<svg") && html.contains("data:image/jpeg;base64,"));
