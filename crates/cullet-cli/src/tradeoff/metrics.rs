@@ -99,7 +99,8 @@ impl Metric {
 pub struct Errors {
     /// Those that were asked for.
     pub values: Vec<(Metric, f64)>,
-    /// The same against either half of the samples of the reference, where it is made of samples.
+    /// The same against either half of the samples of the reference, where it is made of samples; of
+    /// shimmer, in either pan.
     pub by_halves: Vec<(Metric, [f64; 2])>,
     /// FLIP by pixel, where it was asked for.
     pub map: Option<Arc<ErrorMap>>,
@@ -162,7 +163,11 @@ impl<'a> Measuring<'a> {
                 renderer.render(drawn.prepared, drawn.view, &settings, &mut frame);
                 ids_differ_ppm(&reference.triangles, &frame.triangle)?
             }
-            Metric::Shimmer => shimmer(drawn, renderer),
+            Metric::Shimmer => {
+                let pans = shimmer(drawn, renderer);
+                self.errors.by_halves.push((metric, pans));
+                0.5 * (pans[0] + pans[1])
+            }
             Metric::FalseVisible => {
                 // One that is lost is no less wrong than one that is kept.
                 let n_false = drawn.n_kept.abs_diff(reference.n_visible);
@@ -215,13 +220,13 @@ const STEPS: u32 = 16;
 /// Frames that shimmer is measured from.
 pub const SHIMMER_FRAMES: u32 = 2 * (STEPS + 1);
 
-/// The mean over pixels, channels and steps of `|a - 2 b + c|`, encoded, of three pictures in a row of
-/// two pans, across and down. What glides changes evenly and counts little; what jumps counts twice its jump.
-fn shimmer(drawn: &Drawn<'_>, renderer: &mut Renderer) -> f64 {
+/// The mean over pixels, channels and steps of `|a - 2 b + c|`, encoded, of three pictures in a row of a
+/// pan across, and of one down. What glides changes evenly and counts little; what jumps counts twice its jump.
+fn shimmer(drawn: &Drawn<'_>, renderer: &mut Renderer) -> [f64; 2] {
     let settings = Settings { passes: Passes::COLOR, ..*drawn.settings };
     let mut frames = [Frame::default(), Frame::default(), Frame::default()];
-    let mut sum = 0_u64;
-    for [right, down] in [[1.0, 0.0], [0.0, 1.0]] {
+    [[1.0, 0.0], [0.0, 1.0]].map(|[right, down]| {
+        let mut sum = 0_u64;
         for step in 0..=STEPS {
             frames.rotate_left(1);
             let way = f64::from(step) / f64::from(STEPS);
@@ -239,9 +244,9 @@ fn shimmer(drawn: &Drawn<'_>, renderer: &mut Renderer) -> f64 {
                 }
             }
         }
-    }
-    let n = 2 * u64::from(STEPS - 1) * 3 * frames[2].len() as u64;
-    sum as f64 / n as f64 / 255.0
+        let n = u64::from(STEPS - 1) * 3 * frames[2].len() as u64;
+        sum as f64 / n as f64 / 255.0
+    })
 }
 
 /// An opaque frame as a picture.

@@ -71,6 +71,7 @@ pub struct TradeoffArgs {
     /// Seconds for everything, held within a quarter; what does not fit is left out, the least important
     /// first, and named
     #[arg(long, value_name = "SECONDS", default_value_t = 240.0, value_parser = seconds)]
+    #[arg(allow_negative_numbers = true)]
     budget: f64,
     /// Size of the pictures in pixels
     #[arg(long, value_name = "WxH", default_value = "480x270", value_parser = size)]

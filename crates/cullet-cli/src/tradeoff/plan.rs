@@ -12,7 +12,7 @@ const PLANNED: f64 = 0.85;
 pub const REFERENCE_SHARE: f64 = 0.35;
 
 /// The share of a scene's time, and of the whole budget, in which studies are begun.
-pub const STUDIES_SHARE: f64 = 0.1;
+pub const STUDIES_SHARE: f64 = 0.12;
 
 /// What the f64 ray caster is known to cast on one or two cores.
 const RAYS_PER_SECOND: f64 = 1e5;

@@ -37,7 +37,8 @@ pub struct Row {
     pub metric: Metric,
     /// 0 for none.
     pub error: f64,
-    /// The errors against either half of the reference's samples, where it is made of samples.
+    /// The errors against either half of the reference's samples, where it is made of samples; of
+    /// shimmer, in either pan.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error_by_halves: Option<[f64; 2]>,
     /// On the front of its scene and metric, or so close behind that the figures do not tell.

@@ -126,7 +126,7 @@ fn the_report_says_what_it_was_measured_on() {
             || row["knob"] == "subpixel-bits" && row["value"] != "8"
             || row["knob"] == "depth-format" && row["value"] != "f32";
         assert_eq!(row["plain_code"], is_plain, "{row}");
-        let of_samples = ["flip", "edge_rmse", "flat_rmse", "ssim_loss"];
+        let of_samples = ["flip", "edge_rmse", "flat_rmse", "ssim_loss", "shimmer"];
         let has_halves = of_samples.contains(&row["metric"].as_str().unwrap());
         assert_eq!(!row["error_by_halves"].is_null(), has_halves, "{row}");
     }
@@ -189,6 +189,7 @@ fn wrong_usage_and_inputs_leave_nothing() {
     let folder = Folder::new();
     folder.fails(2, "required", "tradeoff");
     folder.fails(2, "seconds above 0", "tradeoff synth:sphere:8 --budget 0");
+    folder.fails(2, "seconds above 0", "tradeoff synth:sphere:8 --budget -1");
     folder.fails(3, "none.glb", "tradeoff none.glb --size 8x8 --budget 1");
     folder.fails(
         2,
@@ -219,4 +220,6 @@ fn presets_are_sets_of_options_and_explicit_options_beat_them() {
     assert!(half.0 != plain.0 && adaptive.0 != half.0);
     assert_eq!(adaptive.1["resolution"], "adaptive");
     folder.fails(2, "--accumulate", "render synth:knots -o x.png --accumulate 0");
+    folder.fails(2, "-1 is not in 1..=65536", "render synth:knots -o x.png --accumulate -1");
+    folder.fails(2, "pixels, 0 or more", "render synth:knots -o x.png --min-size -1");
 }
