@@ -6,14 +6,14 @@
 //! table, are per metric.
 
 use super::doubt::{Error, Outcome, is_faster, is_faster_among, is_truer, widened};
-use super::findings::{Finding, Kind, Verdict};
+use super::findings::{Control, Finding, Kind, Verdict};
 use super::knobs::QUALITY;
 use super::metrics::Metric;
 use super::table::Row;
 use super::words::{distinct, short};
 
 /// What a configuration has to save before the default counts as dominated, as a share of time.
-const SAVES: f64 = 0.05;
+pub const SAVES: f64 = 0.05;
 
 /// A bargain has less than this share of the default's error, for no more than [`SAVES`] more time.
 const BARGAIN: f64 = 0.75;
@@ -107,8 +107,9 @@ fn by_one_metric(own: &Configuration<'_>, all: &[Configuration<'_>], share: f64)
     words
 }
 
-/// Whether the default and the presets stand.
-pub fn findings(rows: &[Row]) -> Vec<Finding> {
+/// Whether the default and the presets stand. Where configurations were left out, nobody can tell that they
+/// do.
+pub fn findings(rows: &[Row], controls: &[Control]) -> Vec<Finding> {
     let scenes =
         distinct(rows.iter().filter(|row| row.knob == QUALITY).map(|row| row.scene.as_str()));
     let about = |value: &str, share: f64| {
@@ -118,7 +119,12 @@ pub fn findings(rows: &[Row]) -> Vec<Finding> {
                 |row: &Row| row.scene == *scene && row.knob == QUALITY && row.value == value;
             let number = rows.iter().find(|row| is_it(row))?.configuration;
             let own = all.iter().find(|own| own[0].configuration == number)?;
-            let (outcome, mut figures) = stands(own, &all, share);
+            let (mut outcome, mut figures) = stands(own, &all, share);
+            let is_cut = |control: &Control| control.scene == *scene && control.n_left_out > 0;
+            if controls.iter().any(is_cut) {
+                outcome = outcome.and(Outcome::CannotTell);
+                figures += " of what was measured";
+            }
             for words in by_one_metric(own, &all, share) {
                 figures += ", while ";
                 figures += &words;
@@ -203,7 +209,7 @@ mod tests {
 
     #[track_caller]
     fn check(rows: &[Row], kind: Kind, says: &str) {
-        let first = findings(rows).remove(0);
+        let first = findings(rows, &[]).remove(0);
         assert_eq!(first.kind, kind, "{}", first.text);
         assert!(first.text.contains(says), "{}", first.text);
     }
@@ -222,6 +228,17 @@ mod tests {
         let mut rows = pair(0.9, 0.11, 0.1);
         rows[2].error_by_halves = Some([0.09, 0.13]);
         check(&rows, Kind::CannotTell, "perhaps");
+    }
+
+    #[test]
+    fn what_was_left_out_might_dominate() {
+        let control = |n_left_out| Control { scene: "a".into(), off: 0.0, doubt: 0.0, n_left_out };
+        let first = |rows: &[Row], n| findings(rows, &[control(n)]).remove(0);
+        let stands = pair(0.97, 0.09, 0.1);
+        assert_eq!(first(&stands, 0).kind, Kind::Confirmed);
+        assert_eq!(first(&stands, 1).kind, Kind::CannotTell);
+        assert!(first(&stands, 1).text.ends_with("(a: by none of what was measured)"));
+        assert_eq!(first(&pair(0.9, 0.1, 0.1), 1).kind, Kind::Refuted);
     }
 
     #[test]

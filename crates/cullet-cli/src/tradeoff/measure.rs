@@ -128,6 +128,7 @@ pub fn scene(
         view,
         settings: base,
         truth: &reference.perceived.whole,
+        truth_took: begun.elapsed(),
     };
     report.say("studies");
     let Studies { done: studies, mut left_out, .. } =

@@ -52,6 +52,9 @@ const SCHEMA: u32 = 1;
 /// The most of the budget that is spent on what is measured by the call.
 const CALLS: f64 = 0.02;
 
+/// How much of the budget may be used up before that is told.
+const OVER: f64 = 1.25;
+
 /// Measure speed against accuracy: every setting's time and error, and which settings nothing beats.
 ///
 /// Writes tradeoff.csv, tradeoff.json, tradeoff.svg and tradeoff.html, and prints the settings that
@@ -204,6 +207,12 @@ pub fn run(args: &TradeoffArgs) -> Result<(), Failure> {
         note(format_args!(
             "{}: left out, as --budget {} is short: {left_out}",
             scene.name, args.budget
+        ));
+    }
+    if budget.elapsed().as_secs_f64() > OVER * args.budget {
+        note(format_args!(
+            "--budget {} is less than the references and the presets take here",
+            args.budget
         ));
     }
     note(format_args!(
