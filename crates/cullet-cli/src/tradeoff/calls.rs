@@ -11,7 +11,7 @@ use cullet::transform::{SinCos, SinCosTable};
 use cullet_measure::{Comparison, Order, Rounds, Summary};
 
 use super::measure::clock;
-use super::plan::ROUNDS;
+use super::plan::FEWEST_ROUNDS;
 
 /// Angles of one size.
 struct Range {
@@ -50,46 +50,81 @@ pub struct Call {
     pub error: f64,
 }
 
-/// Measures all ways on all ranges, within about `budget`: for each range a list, `libm` first.
-pub fn measure(budget: Duration) -> Vec<Vec<Call>> {
-    RANGES.iter().map(|range| of_range(range, budget / RANGES.len() as u32)).collect()
+/// All ways on all ranges, measured in several parts of a run: what a processor does at one time it need
+/// not do at another, and one part alone would be surer of its figures than they are.
+pub struct Calls {
+    ways: [(&'static str, SinCos); 5],
+    ranges: Vec<OfRange>,
 }
 
-fn of_range(range: &Range, budget: Duration) -> Vec<Call> {
-    let table = |n| SinCos::Table(SinCosTable::new(n));
-    let ways = [
-        ("libm", SinCos::Libm),
-        ("polynomial", SinCos::Polynomial),
-        ("table256", table(256)),
-        ("table4096", table(4096)),
-        ("table65536", table(65536)),
-    ];
-    let angles: Vec<f64> = (0..SAMPLE).map(|i| range.most * place(i)).collect();
-    let mut calls: Vec<_> = ways
-        .iter()
-        .map(|(_, way)| {
-            || {
-                let sum = angles.iter().map(|&angle| way.of(angle));
-                black_box(sum.fold((0.0, 0.0), |sum, (s, c)| (sum.0 + s, sum.1 + c)));
+/// What is known of one range.
+struct OfRange {
+    scene: &'static str,
+    angles: Vec<f64>,
+    /// Seconds of a million calls, by way and round.
+    seconds: [Vec<f64>; 5],
+}
+
+impl Calls {
+    /// Nothing is measured yet.
+    pub fn new() -> Calls {
+        let table = |n| SinCos::Table(SinCosTable::new(n));
+        let ways = [
+            ("libm", SinCos::Libm),
+            ("polynomial", SinCos::Polynomial),
+            ("table256", table(256)),
+            ("table4096", table(4096)),
+            ("table65536", table(65536)),
+        ];
+        let of_range = |range: &Range| OfRange {
+            scene: range.scene,
+            angles: (0..SAMPLE).map(|i| range.most * place(i)).collect(),
+            seconds: Default::default(),
+        };
+        Calls { ways, ranges: RANGES.iter().map(of_range).collect() }
+    }
+
+    /// Measures all, within about `budget`.
+    pub fn measure(&mut self, budget: Duration) {
+        for range in &mut self.ranges {
+            let mut calls = self.ways.each_ref().map(|(_, way)| {
+                let angles = &range.angles;
+                move || {
+                    let sum = angles.iter().map(|&angle| way.of(angle));
+                    black_box(sum.fold((0.0, 0.0), |sum, (s, c)| (sum.0 + s, sum.1 + c)));
+                }
+            });
+            let mut turns: Vec<&mut dyn FnMut()> =
+                calls.iter_mut().map(|call| call as &mut dyn FnMut()).collect();
+            let rounds = Rounds {
+                warm_up: 2,
+                at_least: FEWEST_ROUNDS,
+                at_most: 101,
+                budget: budget / RANGES.len() as u32,
+                order: Order::Turning,
+            };
+            let seconds = rounds.time_on(&mut *clock(1), &mut turns);
+            for (known, new) in range.seconds.iter_mut().zip(seconds) {
+                known.extend(new.iter().map(|s| s * f64::from(CALLS) / f64::from(SAMPLE)));
             }
-        })
-        .collect();
-    let mut turns: Vec<&mut dyn FnMut()> =
-        calls.iter_mut().map(|call| call as &mut dyn FnMut()).collect();
-    let rounds =
-        Rounds { warm_up: 2, at_least: ROUNDS, at_most: 101, budget, order: Order::Turning };
-    let seconds = rounds.time_on(&mut *clock(1), &mut turns);
-    let per_call: Vec<Vec<f64>> = seconds
-        .iter()
-        .map(|own| own.iter().map(|s| s * f64::from(CALLS) / f64::from(SAMPLE)).collect())
-        .collect();
-    let all = ways.iter().zip(&per_call).map(|((value, way), own)| {
-        let Comparison { b: time, ratios: ratio, .. } =
-            Comparison::of(&per_call[0], own).expect("at least one round");
-        let error = angles.iter().map(|&angle| error(way, angle)).fold(0.0, f64::max);
-        Call { scene: range.scene, value, time, ratio, error }
-    });
-    all.collect()
+        }
+    }
+
+    /// For each range a list, `libm` first. There has been a measurement.
+    pub fn all(&self) -> Vec<Vec<Call>> {
+        let of_range = |range: &OfRange| {
+            let ways = self.ways.iter().zip(&range.seconds);
+            let call = |((value, way), own): (&(&'static str, SinCos), &Vec<f64>)| {
+                let Comparison { b: time, ratios: ratio, .. } =
+                    Comparison::of(&range.seconds[0], own).expect("at least one round");
+                let errors = range.angles.iter().map(|&angle| error(way, angle));
+                let (scene, error) = (range.scene, errors.fold(0.0, f64::max));
+                Call { scene, value, time, ratio, error }
+            };
+            ways.map(call).collect()
+        };
+        self.ranges.iter().map(of_range).collect()
+    }
 }
 
 /// Number `i` of numbers from -1 to 1, evenly.
@@ -101,4 +136,24 @@ fn place(i: u32) -> f64 {
 fn error(way: &SinCos, angle: f64) -> f64 {
     let ((sin, cos), truth) = (way.of(angle), libm::sincos(angle));
     (sin - truth.0).abs().max((cos - truth.1).abs())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_add_up_and_errors_are_within_what_is_promised() {
+        let mut calls = Calls::new();
+        calls.measure(Duration::ZERO);
+        calls.measure(Duration::ZERO);
+        let all = calls.all();
+        assert_eq!(all.len(), RANGES.len());
+        for (of_range, range) in all.iter().zip(RANGES) {
+            for (call, (name, way)) in of_range.iter().zip(&calls.ways) {
+                assert_eq!((call.value, call.scene, call.ratio.n), (*name, range.scene, 6));
+                assert!(call.error <= way.error(), "{name}: {}", call.error);
+            }
+        }
+    }
 }

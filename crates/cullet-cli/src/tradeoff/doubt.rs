@@ -1,9 +1,9 @@
 //! What the figures are able to tell, and what they are not.
 //!
 //! * **Times** are ratios to the default, round by round, so that what slows a whole round cancels. A
-//!   ratio is known to the 95% interval of its median ([`Summary::uncertainty`]) and to what the default
-//!   differs from itself when it is measured twice (who lies where in memory, who runs after whom: no
-//!   number of rounds takes that away), whichever is more. Of less than five rounds, whose quartiles say
+//!   ratio is known to the 95% interval of its median ([`Summary::uncertainty`]), and not better than to what
+//!   copies of the default, with memory of their own, are off from it: who lies where in memory stays the
+//!   same in all rounds, and is another in the next run ([`of_controls`]). Of less than five rounds, whose quartiles say
 //!   nothing, twice the whole range is taken.
 //!   Where many rivals are asked about one claim, intervals are widened to hold together ([`widened`]).
 //! * **Errors** against a picture made of samples are known as far as the samples are many: an order of
@@ -68,9 +68,16 @@ pub fn of_median(summary: &Summary) -> f64 {
     }
 }
 
-/// How far the default is from itself, measured twice: of any ratio, what is not known.
-pub fn of_control(control: &Comparison) -> f64 {
-    (control.ratios.median - 1.0).abs()
+/// How far ratios may be off by what stays the same in all rounds of a run: twice the root mean square of
+/// what the default is off from itself.
+pub fn of_controls(controls: &[Comparison]) -> f64 {
+    let squares = controls.iter().map(|control| (control.ratios.median - 1.0).powi(2));
+    2.0 * (squares.sum::<f64>() / controls.len().max(1) as f64).sqrt()
+}
+
+/// How far the median ratio of a row may be off: by chance, and by what [`of_controls`] says.
+pub fn of_row(ratio: &Summary, of_controls: f64) -> f64 {
+    of_median(ratio).hypot(of_controls)
 }
 
 /// Whether `a` takes less than `share` of the time of `b`, both of one scene.
@@ -164,6 +171,16 @@ mod tests {
         for (n, wider) in [(1, 1.0), (10, 2.807 / 1.96), (50, 3.291 / 1.96)] {
             assert!((widened(1.0, n) / wider - 1.0).abs() < 0.05, "{n}: {}", widened(1.0, n));
         }
+    }
+
+    #[test]
+    fn what_no_number_of_rounds_takes_away_is_in_doubt() {
+        let control = |ratio| Comparison::of(&[1.0; 9], &[ratio; 9]).unwrap();
+        let off = of_controls(&[control(1.03), control(0.96), control(1.0)]);
+        assert!((off - 2.0 * (0.002_5_f64 / 3.0).sqrt()).abs() < 1e-9);
+        let steady = Summary::of(&[1.0; 9]).unwrap();
+        assert_eq!(of_row(&steady, off), off);
+        assert_eq!(of_row(&Summary::of(&[1.0]).unwrap(), off), f64::INFINITY);
     }
 
     #[test]

@@ -23,9 +23,12 @@ pub fn page(report: &Report<'_>) -> Result<String, Failure> {
     let mut body = String::from("<h1>Speed against accuracy</h1>\n");
     let _ = writeln!(
         body,
-        "<p class='sub'>cullet {}: {} scenes, {} rows, at {} x {} px on {}. {}</p>",
+        "<p class='sub'>cullet {}: {}, {} rows, at {} x {} px on {}. {}</p>",
         env!("CARGO_PKG_VERSION"),
-        report.scenes.len(),
+        match report.scenes.len() {
+            1 => "one scene".to_owned(),
+            n => format!("{n} scenes"),
+        },
         report.rows.len(),
         report.size.0,
         report.size.1,

@@ -21,6 +21,9 @@ use crate::message::Progress;
 /// Configurations that are measured whatever the budget: the presets.
 const NEEDED: usize = 3;
 
+/// How often the default is measured besides.
+const CONTROLS: usize = 3;
+
 /// A configuration, measured.
 pub struct Measured {
     /// What it is.
@@ -45,9 +48,9 @@ pub struct SceneMeasured {
     pub left_out: Vec<String>,
     /// Rounds timed.
     pub n_rounds: usize,
-    /// The default once more, as if it were another: against itself, round by round. What this is
-    /// off from 1 no two rows can be told apart by.
-    pub control: Comparison,
+    /// The default some times more, each with memory of its own, as if it were another: against itself,
+    /// round by round. By what these are off from 1 no two rows can be told apart.
+    pub controls: Vec<Comparison>,
     /// What was measured by itself.
     pub studies: Vec<Study>,
 }
@@ -179,9 +182,13 @@ pub fn scene(
         }
     }
 
-    let mut control =
-        Rival { settings: base, renderer: Renderer::default(), frame: Frame::default() };
-    control.draw(prepared, view);
+    let mut controls: Vec<Rival> = Vec::new();
+    for _ in 0..CONTROLS {
+        let (renderer, frame) = (Renderer::default(), Frame::default());
+        let mut control = Rival { settings: base, renderer, frame };
+        control.draw(prepared, view);
+        controls.push(control);
+    }
 
     report.say("rounds");
     let mut calls: Vec<_> =
@@ -191,8 +198,10 @@ pub fn scene(
         report.say(&format!("round {n}"));
         n += 1;
     };
-    let mut again = || _ = control.draw(prepared, view);
-    let mut turns: Vec<&mut dyn FnMut()> = vec![&mut tell, &mut again];
+    let mut again: Vec<_> =
+        controls.iter_mut().map(|control| || _ = control.draw(prepared, view)).collect();
+    let mut turns: Vec<&mut dyn FnMut()> = vec![&mut tell];
+    turns.extend(again.iter_mut().map(|call| call as &mut dyn FnMut()));
     turns.extend(calls.iter_mut().map(|call| call as &mut dyn FnMut()));
     let rounds = Rounds {
         warm_up: 0, // each has drawn its frame for the errors
@@ -204,17 +213,19 @@ pub fn scene(
     let seconds = rounds.time_on(&mut *now, &mut turns);
     drop(turns);
     drop(calls);
+    drop(again);
 
-    let base = &seconds[2];
-    let control = Comparison::of(base, &seconds[1]).expect("at least one round");
-    let all = measured.into_iter().zip(&seconds[2..]).map(|((configuration, _, of_one), own)| {
-        let Comparison { b: time, ratios: ratio, .. } =
-            Comparison::of(base, own).expect("at least one round");
+    let (controls, rows) = seconds[1..].split_at(CONTROLS);
+    let base = &rows[0];
+    let against = |own: &Vec<f64>| Comparison::of(base, own).expect("at least one round");
+    let controls = controls.iter().map(against).collect();
+    let all = measured.into_iter().zip(rows).map(|((configuration, _, of_one), own)| {
+        let Comparison { b: time, ratios: ratio, .. } = against(own);
         let (errors, picture) = of_one;
         Measured { configuration, time, ratio, errors, picture }
     });
     let (all, n_rounds) = (all.collect(), base.len());
-    Ok(SceneMeasured { reference, all, left_out, n_rounds, control, studies })
+    Ok(SceneMeasured { reference, all, left_out, n_rounds, controls, studies })
 }
 
 /// The errors of the picture in `rival`, the picture, and the metrics that there was no time for.

@@ -38,6 +38,7 @@ use crate::output::{Outputs, Target, print, spare_inputs};
 use crate::render::{camera, size};
 use crate::source::{Limits, Source};
 use crate::stats;
+use calls::Calls;
 use findings::{Control, Findings};
 use lamp::Lamp;
 use machine::Machine;
@@ -135,7 +136,10 @@ pub fn run(args: &TradeoffArgs) -> Result<(), Failure> {
     let machine = Machine::here();
     let line = Progress::show("measuring");
     let mut scenes: Vec<SceneReport> = Vec::new();
-    let calls = calls::measure(Duration::from_secs_f64(args.budget * CALLS));
+    let mut calls = Calls::new();
+    let time_for_calls =
+        Duration::from_secs_f64(args.budget * CALLS / (args.scenes.len() + 1) as f64);
+    calls.measure(time_for_calls);
     let Studies { done: mut studies, left_out: no_study, .. } =
         Studies::within(Duration::from_secs_f64(args.budget * STUDIES_SHARE)).general()?;
     for (i, path) in args.scenes.iter().enumerate() {
@@ -159,10 +163,11 @@ pub fn run(args: &TradeoffArgs) -> Result<(), Failure> {
         };
         let measured = measure::scene(&prepared, &view, &common, threads, end, &report)?;
         scenes.push(SceneReport { name, camera, measured });
+        calls.measure(time_for_calls);
     }
     let mut rows: Vec<Row> =
         scenes.iter().flat_map(|scene| table::of_scene(&scene.name, &scene.measured)).collect();
-    rows.extend(calls.iter().flat_map(|calls| table::of_calls(calls)));
+    rows.extend(calls.all().iter().flat_map(|calls| table::of_calls(calls)));
     table::find_fronts(&mut rows);
     let controls: Vec<Control> =
         scenes.iter().map(|scene| Control::of(&scene.name, &scene.measured)).collect();

@@ -27,7 +27,7 @@ pub struct Row {
     /// Median over rounds of the time against that of the default in the same round.
     pub time_ratio: f64,
     /// Half the interquartile range of the ratio, and so of `time_ms`, as a fraction of it. The
-    /// default's is that of the default against itself, measured twice.
+    /// default's is that of a copy of it against it.
     pub spread: f64,
     /// How far `time_ms` may be off against other rows of the scene, as a fraction of it: see
     /// [`super::doubt`]. Infinite of less than three rounds.
@@ -80,11 +80,11 @@ impl Row {
 /// All rows of a scene.
 pub fn of_scene(scene: &str, measured: &SceneMeasured) -> Vec<Row> {
     let mut rows = Vec::new();
-    let (base, control) = (&measured.all[0].time, &measured.control);
-    let floor = doubt::of_control(control);
+    let (base, controls) = (&measured.all[0].time, &measured.controls);
+    let of_controls = doubt::of_controls(controls);
     for (configuration, one) in measured.all.iter().enumerate() {
-        // Against itself the default has no spread: that of its second measurement stands for it.
-        let ratio = if configuration == 0 { &control.ratios } else { &one.ratio };
+        // Against itself the default has no spread: that of a copy stands for it.
+        let ratio = if configuration == 0 { &controls[0].ratios } else { &one.ratio };
         for (knob, value, metrics) in &one.configuration.uses {
             for &metric in *metrics {
                 let Some(error) = one.errors.get(metric) else { continue };
@@ -95,7 +95,7 @@ pub fn of_scene(scene: &str, measured: &SceneMeasured) -> Vec<Row> {
                     time_ms: rounded(1e3 * base.median * one.ratio.median),
                     time_ratio: rounded(one.ratio.median),
                     spread: rounded(ratio.spread()),
-                    time_doubt: rounded(doubt::of_median(ratio).max(floor)),
+                    time_doubt: rounded(doubt::of_row(ratio, of_controls)),
                     metric,
                     error: rounded(error),
                     error_by_halves: one.errors.get_by_halves(metric).map(|e| e.map(rounded)),
