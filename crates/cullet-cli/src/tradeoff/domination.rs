@@ -66,13 +66,20 @@ fn stands(own: &Configuration<'_>, all: &[Configuration<'_>], share: f64) -> (Ou
             rivals.push((beats, other[0]));
         }
     }
+    // What is slower, if not for sure, is no news.
+    rivals.retain(|(beats, row)| *beats == Outcome::Confirmed || row.time_ms < own[0].time_ms);
     rivals.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.time_ms.total_cmp(&b.1.time_ms)));
     let words = rivals.iter().take(3).map(|(beats, row)| {
         let may = if *beats == Outcome::Confirmed { "" } else { "perhaps " };
         format!("{may}by {}, {}", row.name(), saving(row, own[0], all.len() - 1))
     });
     let words: Vec<String> = words.collect();
-    (outcome, if words.is_empty() { "by none".into() } else { words.join(", ") })
+    let figures = match (words.is_empty(), outcome) {
+        (true, Outcome::Confirmed) => "by none".into(),
+        (true, _) => "by none for sure".into(),
+        (false, _) => words.join(", "),
+    };
+    (outcome, figures)
 }
 
 /// `-5.1% ± 0.8%` of the time, as one of `n`.
@@ -223,6 +230,9 @@ mod tests {
         );
         check(&pair(0.945, 0.09, 0.1), Kind::CannotTell, "perhaps by quality other");
         check(&pair(0.97, 0.09, 0.1), Kind::Confirmed, "(a: by none)");
+        let mut unsure = pair(1.02, 0.09, 0.1);
+        unsure[2].time_doubt = 0.1;
+        check(&unsure, Kind::CannotTell, "(a: by none for sure)");
         check(&pair(0.9, 0.09, 0.11), Kind::Confirmed, "no less true by flip, but is by shimmer");
         // Half of the samples says so, half does not.
         let mut rows = pair(0.9, 0.11, 0.1);
