@@ -13,7 +13,8 @@ use crate::output::{Outputs, Target, is_device, print};
 /// Write a computed scene as a .glb file.
 #[derive(Args, Clone, Debug)]
 pub struct SynthArgs {
-    /// Which scene: NAME or NAME:PARAMETER
+    /// Which scene: NAME or NAME:PARAMETER; of an extreme, extreme:NAME:ordinary is the twin by ordinary
+    /// numbers
     #[arg(value_name = "NAME", required_unless_present = "list")]
     name: Option<String>,
     /// The .glb file; `-` is standard output
@@ -29,7 +30,8 @@ pub fn run(args: &SynthArgs) -> Result<(), Failure> {
     let Some(name) = &args.name else {
         let names = NAMES.iter().map(|(name, about)| line(name, about));
         let extremes = EXTREMES.map(|(name, about)| format!("extreme:{name:<16} {about}\n"));
-        return print(names.chain(extremes).collect::<String>().as_bytes());
+        let twins = [TWINS.to_owned()];
+        return print(names.chain(extremes).chain(twins).collect::<String>().as_bytes());
     };
     let scene = synth(name.strip_prefix("synth:").unwrap_or(name)).map_err(Failure::usage)?;
     let target = Target::from(args.output.as_path());
@@ -47,6 +49,9 @@ pub fn run(args: &SynthArgs) -> Result<(), Failure> {
     outputs.write(0, &file)?;
     outputs.commit()
 }
+
+/// How to ask for what an extreme is compared with.
+const TWINS: &str = "extreme:NAME:ordinary    the twin of each extreme, by ordinary numbers\n";
 
 fn line(name: &str, about: &str) -> String {
     // Some descriptions begin with the name and its parameter.

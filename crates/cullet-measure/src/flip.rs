@@ -43,15 +43,52 @@ pub fn flip(
     candidate: &Picture,
     pixels_per_degree: f64,
 ) -> Result<ErrorMap, MeasureError> {
-    assert!((1.0..f64::INFINITY).contains(&pixels_per_degree), "no viewer sees that");
     same_size(reference, candidate)?;
-    let reference = Opponent::of(reference);
-    let candidate = Opponent::of(candidate);
-    let color = color_differences(&reference, &candidate, pixels_per_degree);
-    let feature = feature_differences(&reference.y, &candidate.y, pixels_per_degree);
-    let errors = color.zip(&feature, |color, feature| libm::pow(color, 1.0 - feature));
-    let values = errors.values.into_iter().map(|v| v as f32).collect();
-    Ok(ErrorMap { width: errors.width, height: errors.height, values })
+    let [reference, candidate] =
+        [reference, candidate].map(|picture| Perceived::of(picture, pixels_per_degree));
+    reference.flip(&candidate)
+}
+
+/// A picture as FLIP perceives it: for comparing one with many, most of the work done once.
+#[derive(Clone, Debug)]
+pub struct Perceived {
+    width: usize,
+    height: usize,
+    /// Blurred as the eye blurs, CIELAB with the Hunt effect.
+    colors: Vec<[f64; 3]>,
+    edges: Plane,
+    points: Plane,
+}
+
+impl Perceived {
+    /// As somebody sees it for whom a degree has so many pixels; see [`flip()`].
+    ///
+    /// # Panics
+    /// When `pixels_per_degree` is below 1, infinite or NaN.
+    pub fn of(picture: &Picture, pixels_per_degree: f64) -> Perceived {
+        assert!((1.0..f64::INFINITY).contains(&pixels_per_degree), "no viewer sees that");
+        let (width, height) = (picture.width(), picture.height());
+        let opponent = Opponent::of(picture);
+        let colors = seen(&opponent, pixels_per_degree);
+        let [edges, points] = features(&opponent.y, pixels_per_degree);
+        Perceived { width, height, colors, edges, points }
+    }
+
+    /// What [`flip()`] says of this picture and another, the same whichever comes first.
+    ///
+    /// # Errors
+    /// When the sizes differ.
+    pub fn flip(&self, other: &Perceived) -> Result<ErrorMap, MeasureError> {
+        let (a, b) = ((self.width, self.height), (other.width, other.height));
+        if a != b {
+            return Err(MeasureError::SizesDiffer { reference: a, candidate: b });
+        }
+        let color = color_differences(self, other);
+        let feature = feature_differences(self, other);
+        let errors = color.zip(&feature, |color, feature| libm::pow(color, 1.0 - feature));
+        let values = errors.values.into_iter().map(|v| v as f32).collect();
+        Ok(ErrorMap { width: self.width, height: self.height, values })
+    }
 }
 
 /// A picture in YCxCz: luminance, red against green, blue against yellow.
@@ -79,19 +116,15 @@ impl Opponent {
 }
 
 /// Colour difference per pixel, in [0, 1].
-fn color_differences(reference: &Opponent, candidate: &Opponent, ppd: f64) -> Plane {
-    let reference_lab = seen(reference, ppd);
-    let candidate_lab = seen(candidate, ppd);
+fn color_differences(reference: &Perceived, candidate: &Perceived) -> Plane {
     let most = libm::pow(
         hyab(hunt_lab_from_linear([0.0, 1.0, 0.0]), hunt_lab_from_linear([0.0, 0.0, 1.0])),
         HYAB_EXPONENT,
     );
-    let values = reference_lab
-        .into_iter()
-        .zip(candidate_lab)
-        .map(|(r, c)| redistributed(libm::pow(hyab(r, c), HYAB_EXPONENT), most))
-        .collect();
-    Plane { values, ..reference.y }
+    let pairs = reference.colors.iter().zip(&candidate.colors);
+    let values =
+        pairs.map(|(r, c)| redistributed(libm::pow(hyab(*r, *c), HYAB_EXPONENT), most)).collect();
+    Plane { values, ..reference.edges }
 }
 
 /// The paper's q_c.
@@ -180,7 +213,15 @@ fn hyab(p: [f64; 3], q: [f64; 3]) -> f64 {
 
 /// Feature difference per pixel, in [0, 1]: what appeared or vanished of edges or points,
 /// whichever is more.
-fn feature_differences(reference_y: &Plane, candidate_y: &Plane, ppd: f64) -> Plane {
+fn feature_differences(reference: &Perceived, candidate: &Perceived) -> Plane {
+    let change = |a: &Plane, b: &Plane| a.zip(b, |r, c| (r - c).abs());
+    let edges = change(&reference.edges, &candidate.edges);
+    let points = change(&reference.points, &candidate.points);
+    edges.zip(&points, |edge, point| (edge.max(point) / 2f64.sqrt()).sqrt())
+}
+
+/// How much of an edge, and of a point, there is at each pixel of a luminance.
+fn features(y: &Plane, ppd: f64) -> [Plane; 2] {
     let sigma = 0.5 * FEATURE_WIDTH * ppd;
     let radius = (3.0 * sigma).ceil() as usize;
     let smooth = gaussian(sigma, radius);
@@ -188,14 +229,11 @@ fn feature_differences(reference_y: &Plane, candidate_y: &Plane, ppd: f64) -> Pl
     let point = balanced(
         smooth.iter().zip(offsets(radius)).map(|(g, x)| g * (x * x / (sigma * sigma) - 1.0)),
     );
-    let strength = |y: &Plane, kernel: &[f64]| {
-        let y = Plane { values: y.values.iter().map(|v| (v + 16.0) / 116.0).collect(), ..*y };
-        y.filtered(kernel, &smooth).zip(&y.filtered(&smooth, kernel), |x, y| (x * x + y * y).sqrt())
-    };
-    let change = |kernel: &[f64]| {
-        strength(reference_y, kernel).zip(&strength(candidate_y, kernel), |r, c| (r - c).abs())
-    };
-    change(&edge).zip(&change(&point), |edge, point| (edge.max(point) / 2f64.sqrt()).sqrt())
+    let y = Plane { values: y.values.iter().map(|v| (v + 16.0) / 116.0).collect(), ..*y };
+    [edge, point].map(|kernel| {
+        let (across, down) = (y.filtered(&kernel, &smooth), y.filtered(&smooth, &kernel));
+        across.zip(&down, |x, y| (x * x + y * y).sqrt())
+    })
 }
 
 /// The paper's w, degrees: how wide an edge looks to the detectors. (Its q_f, 0.5, is the
@@ -248,6 +286,19 @@ mod tests {
             assert!((map.mean() - mean).abs() < 2e-5, "{reference}, {candidate}: {}", map.mean());
             assert!((map.max() - max).abs() < 2e-5, "{reference}, {candidate}: {}", map.max());
         }
+    }
+
+    #[test]
+    fn one_picture_compared_with_many_is_seen_once() {
+        let [rings, moved, noise] = ["rings", "moved", "noise"].map(|name| picture(name, 33, 21));
+        let of = |picture| Perceived::of(picture, PIXELS_PER_DEGREE);
+        let reference = of(&rings);
+        for other in [&moved, &noise] {
+            let map = reference.flip(&of(other)).unwrap();
+            assert_eq!(map, flip(&rings, other, PIXELS_PER_DEGREE).unwrap());
+            assert_eq!(map, of(other).flip(&reference).unwrap());
+        }
+        assert!(reference.flip(&of(&picture("rings", 32, 21))).is_err());
     }
 
     #[test]

@@ -4,7 +4,8 @@
 //! times rivals in turn so that a busy machine slows them all alike; both answer with a
 //! [`Summary`] of seconds. *True*: two [`Picture`]s of one size go in, a number comes out:
 //! [`max_abs`], [`mae`], [`mse`], [`psnr`], [`changed_pixels`], [`split_psnr`], [`ssim`], or
-//! a whole [`ErrorMap`] from [`flip()`], which [`heatmap`] paints. [`ulps`] counts the floats
+//! a whole [`ErrorMap`] from [`flip()`] ([`Perceived`] compares one picture with many), which
+//! [`heatmap`] paints. [`ulps`] counts the floats
 //! between two results, [`ids_differ_ppm`] the pixels that show another object. [`standings`]
 //! weighs one against the other: which trades nothing beats. [`Table`] prints any of it.
 //!
@@ -42,7 +43,7 @@ mod ulps;
 pub use edges::{EDGE_GRADIENT, SplitPsnr, edge_mask, split_psnr};
 pub use error::MeasureError;
 pub use error_map::ErrorMap;
-pub use flip::{PIXELS_PER_DEGREE, flip};
+pub use flip::{PIXELS_PER_DEGREE, Perceived, flip};
 pub use heatmap::{heat_color, heatmap};
 pub use ids::{ids_differ_ppm, relative_quantile};
 pub use interleave::{Comparison, Order, Rounds};

@@ -1,8 +1,8 @@
 //! Which trades are worth making? Those that nothing beats in both cost and error.
 //!
 //! A point is *beaten* by another that is at least as good in both and better in one. Points that
-//! nothing beats are the front. Costs are measured and have a spread, so a point beaten in cost
-//! alone, and by no more than its own spread, is [`Standing::Tied`]: another run may well put it
+//! nothing beats are the front. Costs are measured and uncertain, so a point beaten in cost
+//! alone, and by no more than its own uncertainty, is [`Standing::Tied`]: another run may well put it
 //! first, and saying which of the two is cheaper would be reading noise.
 //!
 //! Source of the term: Pareto, "Manuale di economia politica", 1906; the plain quadratic search
@@ -13,10 +13,10 @@
 pub struct Trade {
     /// Usually seconds or milliseconds, above 0.
     pub cost: f64,
-    /// Half the interquartile range of the cost as a fraction of it; [`Summary::spread`].
+    /// How far the cost may be off, as a fraction of it; [`Summary::uncertainty`].
     ///
-    /// [`Summary::spread`]: crate::Summary::spread
-    pub spread: f64,
+    /// [`Summary::uncertainty`]: crate::Summary::uncertainty
+    pub uncertainty: f64,
     /// At least 0.
     pub error: f64,
 }
@@ -26,7 +26,7 @@ pub struct Trade {
 pub enum Standing {
     /// Nothing beats it.
     Front,
-    /// Beaten in cost alone, by less than its spread.
+    /// Beaten in cost alone, by no more than its uncertainty.
     Tied,
     /// Beaten, by this one: of all that beat it the cheapest, the first of equals.
     Beaten(usize),
@@ -53,7 +53,7 @@ fn standing(trades: &[Trade], i: usize) -> Standing {
     };
     let equally_true = beaters().all(|other| trades[other].error == trades[i].error);
     let excess = 1.0 - trades[cheapest].cost / trades[i].cost;
-    if equally_true && excess <= trades[i].spread {
+    if equally_true && excess <= trades[i].uncertainty {
         Standing::Tied
     } else {
         Standing::Beaten(cheapest)
@@ -84,7 +84,7 @@ mod tests {
     use super::*;
 
     fn trades<const N: usize>(points: [(f64, f64); N]) -> Vec<Trade> {
-        points.map(|(cost, error)| Trade { cost, spread: 0.02, error }).to_vec()
+        points.map(|(cost, error)| Trade { cost, uncertainty: 0.02, error }).to_vec()
     }
 
     #[track_caller]
@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn within_the_spread_and_equally_true_is_a_tie() {
+    fn within_the_uncertainty_and_equally_true_is_a_tie() {
         check([(1.0, 1.0), (1.02, 1.0)], [Front, Tied]);
         check([(1.0, 1.0), (1.03, 1.0)], [Front, Beaten(0)]);
         check([(1.0, 0.9), (1.01, 1.0)], [Front, Beaten(0)]);
@@ -148,7 +148,7 @@ mod tests {
             }
         }
         fn trade((cost, error): (f64, f64)) -> Trade {
-            Trade { cost, spread: 0.0, error }
+            Trade { cost, uncertainty: 0.0, error }
         }
     }
 }

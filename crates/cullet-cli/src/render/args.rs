@@ -67,8 +67,9 @@ pub struct RenderArgs {
     /// take floats
     #[arg(long, value_enum, default_value = "float")]
     pub texture_arithmetic: ArithmeticName,
-    /// How shading divides by w and normalises. Approximate: within 7e-6, without dividing, where eight
-    /// pixels are shaded at a time
+    /// How shading divides by w and normalises. Approximate: reciprocals and inverse roots with a relative error
+    /// up to 7e-6, without dividing, where eight pixels are shaded at a time. No effect on the others (those
+    /// that single precision does not serve) and on the ray caster
     #[arg(long, value_enum, default_value = "exact")]
     pub division: DivisionName,
     /// How colours become 8-bit codes; table and polynomial are off by one code at most. 16-bit codes are
@@ -86,21 +87,23 @@ pub struct RenderArgs {
     #[arg(long, value_enum, default_value = "1")]
     pub shading_rate: ShadingRateName,
     /// The arithmetic that puts vertices on the screen. f32 is off by a few units of 2^-24 of the
-    /// largest term: little, unless models are much larger than what is seen of them
+    /// largest term: little, unless models are much larger than what is seen of them. No effect on the
+    /// ray caster
     #[arg(long, value_enum, default_value = "f64")]
     pub transform: TransformName,
     /// Bits of the grid below the pixel that vertices are snapped to: edges move by up to 1/32, 1/512,
-    /// 1/8192 or 1/131072 px. Only 8 has the fast code
+    /// 1/8192 or 1/131072 px, the ray caster's as well where it is to see them snapped. Only 8 has the fast code
     #[arg(long, value_enum, default_value = "8")]
     pub subpixel_bits: SubpixelBitsName,
     /// What is kept of a sample's depth: how far apart things must be to be told apart (docs/depth.md
-    /// has the figures). Only f32 has the fast code
+    /// has the figures). Only f32 has the fast code. No effect on the ray caster
     #[arg(long, value_enum, default_value = "f32")]
     pub depth_format: DepthName,
     /// Draw colours as the mean of so many frames, each shifted by a part of a pixel: smooths textures,
     /// masks and edges alike, and takes as many times as long. Its frames take one sample per pixel
     /// unless --aa says more [default: 1]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65536))]
+    #[arg(allow_negative_numbers = true)]
     pub accumulate: Option<u32>,
     /// How many pixels are coloured; data passes and the ray caster take all [default: full]
     #[arg(long, value_enum)]
@@ -138,6 +141,7 @@ pub struct RenderArgs {
     /// Leave out objects smaller than this on the picture: the longer side of their boxes, in
     /// pixels. Unlike all other culling this changes pixels; 0 leaves out nothing
     #[arg(long, value_name = "PX", default_value_t = 0.0, value_parser = min_size)]
+    #[arg(allow_negative_numbers = true)]
     pub min_size: f64,
     /// Instruction set of wide code; one that the machine lacks is an error. Changes time, never a
     /// pixel

@@ -6,10 +6,12 @@ use base64::Engine;
 use cullet_measure::{ErrorMap, Picture, heatmap};
 
 use super::Report;
-use super::findings::{Kind, short};
+use super::findings::{Finding, Kind};
 use super::measure::{Measured, name};
 use super::plot::{self, escape};
+use super::study::Study;
 use super::table::{Row, panels};
+use super::words::short;
 use crate::exit::Failure;
 use crate::picture_file::{Format, Pixels, PngCompression, Samples, encode};
 
@@ -21,9 +23,12 @@ pub fn page(report: &Report<'_>) -> Result<String, Failure> {
     let mut body = String::from("<h1>Speed against accuracy</h1>\n");
     let _ = writeln!(
         body,
-        "<p class='sub'>cullet {}: {} scenes, {} rows, at {} x {} px on {}. {}</p>",
+        "<p class='sub'>cullet {}: {}, {} rows, at {} x {} px on {}. {}</p>",
         env!("CARGO_PKG_VERSION"),
-        report.scenes.len(),
+        match report.scenes.len() {
+            1 => "one scene".to_owned(),
+            n => format!("{n} scenes"),
+        },
         report.rows.len(),
         report.size.0,
         report.size.1,
@@ -61,11 +66,16 @@ pub fn page(report: &Report<'_>) -> Result<String, Failure> {
         body += &pictures(&scene.measured.reference.picture, &scene.measured.all)?;
         body += "</section>\n";
     }
+    body += &studies(report.studies);
     body += &tables(report.rows);
     let _ = writeln!(
         body,
-        "<footer>Spread: half the interquartile range of the time as a fraction of it. Rows beaten by \
-         no more than their spread in time, and by under 1% in error, count as on the front. FLIP error maps: black is 0, \
+        "<footer>Times are the default's median times the median ratio to it, round by round; spread: half \
+         the interquartile range of the ratio as a fraction of it; &#177;: how far the ratio may be off. \
+         Rows of plain code are timed where there is no wide code for their value: compare them with each other. Rows beaten \
+         by no more than can be told, neither in time (&#177;, at most the spread) nor in error (by what the \
+         two halves of the reference's samples disagree), count as on the front. Verdicts are given beyond the \
+         same doubts; within them the page cannot tell. FLIP error maps: black is 0, \
          the palest yellow {FULL} and more. Budget {} s, took {:.0} s. Settings: {}.</footer>",
         report.budget,
         report.took,
@@ -81,20 +91,22 @@ pub fn page(report: &Report<'_>) -> Result<String, Failure> {
 
 fn findings(report: &Report<'_>) -> String {
     let mut html = String::new();
-    let mut list = |title: &str, kinds: &[Kind]| {
+    let mut list = |title: &str, findings: &[Finding]| {
         let _ = write!(html, "<h3>{title}</h3><ul>");
-        for finding in report.findings.iter().filter(|finding| kinds.contains(&finding.kind)) {
-            let mark = match finding.kind {
-                Kind::Confirmed => "<b class='yes'>confirmed</b> ",
-                Kind::Refuted => "<b class='no'>refuted</b> ",
-                Kind::Measured => "",
+        for finding in findings {
+            let class = match finding.kind {
+                Kind::Confirmed => "yes",
+                Kind::Refuted => "no",
+                Kind::CannotTell | Kind::Measured => "open",
             };
-            let _ = write!(html, "<li>{mark}{}</li>", escape(&finding.text));
+            let name = finding.kind.name();
+            let _ =
+                write!(html, "<li><b class='{class}'>{name}</b> {}</li>", escape(&finding.text));
         }
         html += "</ul>";
     };
-    list("What one would expect", &[Kind::Confirmed, Kind::Refuted]);
-    list("Every trade against the default", &[Kind::Measured]);
+    list("What one would expect", &report.findings.expectations);
+    list("Every trade against the default", &report.findings.trades);
     html
 }
 
@@ -128,13 +140,37 @@ fn pictures(reference: &Picture, all: &[Measured]) -> Result<String, Failure> {
     Ok(html + "</div>")
 }
 
+/// The figures of what was measured by itself.
+fn studies(studies: &[Study]) -> String {
+    let mut html = String::from("<section><h2>Measured by itself</h2><div class='tables'>");
+    for study in studies {
+        let scene = study.scene.as_ref().map_or(String::new(), |scene| format!("{scene}: "));
+        let _ = write!(
+            html,
+            "<details><summary><b>{}{}</b></summary><p>{}</p><div class='scroll'><table><thead><tr><th>",
+            escape(&scene),
+            study.name,
+            escape(study.about)
+        );
+        study.columns.iter().for_each(|name| _ = write!(html, "<th>{}", escape(name)));
+        html += "</tr></thead><tbody>";
+        for (name, numbers) in &study.lines {
+            let _ = write!(html, "<tr><td>{}", escape(name));
+            numbers.iter().for_each(|number| _ = write!(html, "<td>{}", short(*number)));
+            html += "</tr>";
+        }
+        html += "</tbody></table></div></details>\n";
+    }
+    html + "</div></section>\n"
+}
+
 fn tables(rows: &[Row]) -> String {
     let mut html = String::from("<section><h2>All figures</h2><div class='tables'>");
     for (scene, metric) in panels(rows) {
         let _ = write!(
             html,
             "<details><summary><b>{}</b>: {}</summary><p>{}</p><div class='scroll'><table><thead>\
-             <tr><th>knob<th>value<th>ms<th>times the default<th>spread<th>{}<th>front</tr></thead><tbody>",
+             <tr><th>knob<th>value<th>ms<th>times the default<th>spread<th>&#177;<th>{}<th>front</tr></thead><tbody>",
             escape(&scene),
             metric.name(),
             metric.about(),
@@ -143,15 +179,17 @@ fn tables(rows: &[Row]) -> String {
         for row in rows.iter().filter(|row| row.scene == scene && row.metric == metric) {
             let _ = write!(
                 html,
-                "<tr{}><td>{}<td>{}<td>{}<td>{:.2}<td>{:.1}%<td>{}<td>{}</tr>",
+                "<tr{}><td>{}<td>{}<td>{}<td>{:.2}<td>{:.1}%<td>{:.1}%<td>{}<td>{}</tr>",
                 if row.default { " class='default'" } else { "" },
                 row.knob,
                 row.value,
                 short(row.time_ms),
                 row.time_ratio,
                 100.0 * row.spread,
+                100.0 * row.time_doubt,
                 short(row.error),
                 match (row.pareto, row.tied) {
+                    _ if row.plain_code => "plain code",
                     (true, false) => "●",
                     (true, true) => "≈",
                     _ => "",

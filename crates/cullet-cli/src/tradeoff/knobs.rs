@@ -11,7 +11,8 @@ use cullet::{
 
 use super::lamp::of_reach;
 use super::metrics::Metric::{
-    self, DefaultMax, EdgeRmse, FalseVisible, Flip, IdPpm, LightFlip, LightMax, Shimmer, SsimLoss,
+    self, DefaultMax, EdgeRmse, FalseVisible, FlatRmse, Flip, IdPpm, LightFlip, LightMax, Shimmer,
+    SsimLoss,
 };
 
 /// One trade.
@@ -48,7 +49,7 @@ pub const SRGB: &str = "srgb";
 pub const KNOBS: &[Knob] = &[
     Knob {
         name: QUALITY,
-        metrics: &[Flip, EdgeRmse],
+        metrics: &[Flip, EdgeRmse, FlatRmse],
         values: &[
             ("balanced", |s| *s = Settings::balanced()),
             ("fast", |s| *s = Settings::fast()),
@@ -57,7 +58,7 @@ pub const KNOBS: &[Knob] = &[
     },
     Knob {
         name: "aa",
-        metrics: &[Flip, EdgeRmse],
+        metrics: &[Flip, EdgeRmse, FlatRmse],
         values: &[
             ("none", |s| s.antialias = Antialias::None),
             ("msaa2", |s| s.antialias = Antialias::Msaa2),
@@ -88,7 +89,7 @@ pub const KNOBS: &[Knob] = &[
     },
     Knob {
         name: "accumulate",
-        metrics: &[Flip, EdgeRmse],
+        metrics: &[Flip, EdgeRmse, FlatRmse],
         values: &[
             ("1", |s| s.accumulate = 1),
             // Frames of one sample each, as a photograph is put together.
@@ -211,6 +212,16 @@ pub const KNOBS: &[Knob] = &[
         ],
     },
 ];
+
+/// Whether these settings leave the wide code for the plain one: `texture nearest`, grids other than the
+/// default's and other depth formats. What they take says nothing about what such values cost where
+/// there is wide code.
+pub fn is_plain(settings: &Settings) -> bool {
+    let usual = Settings::balanced();
+    settings.filter == Filter::Nearest
+        || settings.subpixel_bits != usual.subpixel_bits
+        || settings.depth_format != usual.depth_format
+}
 
 /// One configuration, and every value of a knob that means it.
 pub struct Configuration {

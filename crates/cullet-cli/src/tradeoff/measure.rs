@@ -8,14 +8,21 @@ use cullet::{Frame, FrameStats, Prepared, Renderer, Settings, View};
 use cullet_measure::{Comparison, MeasureError, Order, Picture, Rounds, Summary};
 
 use super::knobs::{Configuration, configurations, endless_light};
-use super::metrics::{Drawn, Errors, Metric, errors, picture};
-use super::plan::{Budget, FEWEST_ROUNDS, REFERENCE_SHARE, ROUNDS, affordable, time_for_rounds};
+use super::metrics::{Drawn, Errors, Measuring, Metric, picture};
+use super::plan::{
+    Budget, Costs, FEWEST_ROUNDS, REFERENCE_SHARE, ROUNDS, STUDIES_SHARE, affordable,
+    time_for_rounds,
+};
 use super::reference::{Reference, Room};
+use super::study::{Studies, Study, Subject};
 use crate::exit::Failure;
 use crate::message::Progress;
 
 /// Configurations that are measured whatever the budget: the presets.
 const NEEDED: usize = 3;
+
+/// How often the default is measured besides.
+const CONTROLS: usize = 3;
 
 /// A configuration, measured.
 pub struct Measured {
@@ -41,9 +48,11 @@ pub struct SceneMeasured {
     pub left_out: Vec<String>,
     /// Rounds timed.
     pub n_rounds: usize,
-    /// The default once more, as if it were another: against itself, round by round. What this is
-    /// off from 1 no two rows can be told apart by.
-    pub control: Comparison,
+    /// The default some times more, each with memory of its own, as if it were another: against itself,
+    /// round by round. By what these are off from 1 no two rows can be told apart.
+    pub controls: Vec<Comparison>,
+    /// What was measured by itself.
+    pub studies: Vec<Study>,
 }
 
 /// What a run says about where it is.
@@ -64,6 +73,13 @@ impl Reporter<'_> {
             line.update(&format!("{}: {step}, at most {left} s left", self.scene));
         }
     }
+}
+
+/// What is looked at, and the truth about it.
+struct Scene<'a> {
+    prepared: &'a Prepared,
+    view: &'a View,
+    reference: &'a Reference,
 }
 
 /// A rival: settings with memory of their own.
@@ -109,16 +125,27 @@ pub fn scene(
     let say = &mut |step: &str| report.say(step);
     let reference = Reference::find(prepared, view, &base, &lit, room, say)?;
 
-    let mut left_out = Vec::new();
+    let subject = Subject {
+        scene: &report.scene,
+        prepared,
+        view,
+        settings: base,
+        truth: &reference.perceived.whole,
+        truth_took: begun.elapsed(),
+    };
+    report.say("studies");
+    let Studies { done: studies, mut left_out, .. } =
+        Studies::within(whole.mul_f64(STUDIES_SHARE)).of(&subject)?;
     let mut now = clock(threads);
     let mut rivals: Vec<(Configuration, Rival, f64)> = Vec::new();
     let mut drawn = Vec::new();
+    let mut costs = Costs::default();
     for (i, configuration) in configurations.drain(..).enumerate() {
         report.say(&format!("errors of {}", name(&configuration)));
         // What is left has to do for the rounds of those before.
-        let costs = rivals.iter().map(|(.., seconds)| *seconds);
-        let left = end.saturating_duration_since(Instant::now());
-        if i >= NEEDED && left.as_secs_f64() <= time_for_rounds(costs) {
+        let rounds = time_for_rounds(rivals.iter().map(|(.., seconds)| *seconds));
+        let until = end.checked_sub(Duration::from_secs_f64(rounds)).unwrap_or(begun);
+        if i >= NEEDED && !costs.fit(&metrics(&configuration), until) {
             left_out.extend(names(&configuration));
             continue;
         }
@@ -128,8 +155,18 @@ pub fn scene(
         let start = Instant::now();
         let stats = rival.draw(prepared, view);
         let seconds = start.elapsed().as_secs_f64();
-        let of_one = measure_errors(&configuration, &mut rival, prepared, view, &reference, &stats);
-        drawn.push(of_one.map_err(Failure::input)?);
+        costs.expect_frames(seconds);
+        let scene = Scene { prepared, view, reference: &reference };
+        let (metrics, plan) = (metrics(&configuration), (&mut costs, until));
+        let (errors, picture, skipped) =
+            measure_errors(&mut rival, &scene, &stats, metrics, plan).map_err(Failure::input)?;
+        for metric in skipped {
+            let uses = configuration.uses.iter().filter(|(.., metrics)| metrics.contains(&metric));
+            left_out.extend(
+                uses.map(|(knob, value, _)| format!("{knob} {value} by {}", metric.name())),
+            );
+        }
+        drawn.push((errors, picture));
         rivals.push((configuration, rival, seconds));
     }
 
@@ -145,9 +182,13 @@ pub fn scene(
         }
     }
 
-    let mut control =
-        Rival { settings: base, renderer: Renderer::default(), frame: Frame::default() };
-    control.draw(prepared, view);
+    let mut controls: Vec<Rival> = Vec::new();
+    for _ in 0..CONTROLS {
+        let (renderer, frame) = (Renderer::default(), Frame::default());
+        let mut control = Rival { settings: base, renderer, frame };
+        control.draw(prepared, view);
+        controls.push(control);
+    }
 
     report.say("rounds");
     let mut calls: Vec<_> =
@@ -157,8 +198,10 @@ pub fn scene(
         report.say(&format!("round {n}"));
         n += 1;
     };
-    let mut again = || _ = control.draw(prepared, view);
-    let mut turns: Vec<&mut dyn FnMut()> = vec![&mut tell, &mut again];
+    let mut again: Vec<_> =
+        controls.iter_mut().map(|control| || _ = control.draw(prepared, view)).collect();
+    let mut turns: Vec<&mut dyn FnMut()> = vec![&mut tell];
+    turns.extend(again.iter_mut().map(|call| call as &mut dyn FnMut()));
     turns.extend(calls.iter_mut().map(|call| call as &mut dyn FnMut()));
     let rounds = Rounds {
         warm_up: 0, // each has drawn its frame for the errors
@@ -170,38 +213,57 @@ pub fn scene(
     let seconds = rounds.time_on(&mut *now, &mut turns);
     drop(turns);
     drop(calls);
+    drop(again);
 
-    let base = &seconds[2];
-    let control = Comparison::of(base, &seconds[1]).expect("at least one round");
-    let all = measured.into_iter().zip(&seconds[2..]).map(|((configuration, _, of_one), own)| {
-        let Comparison { b: time, ratios: ratio, .. } =
-            Comparison::of(base, own).expect("at least one round");
+    let (controls, rows) = seconds[1..].split_at(CONTROLS);
+    let base = &rows[0];
+    let against = |own: &Vec<f64>| Comparison::of(base, own).expect("at least one round");
+    let controls = controls.iter().map(against).collect();
+    let all = measured.into_iter().zip(rows).map(|((configuration, _, of_one), own)| {
+        let Comparison { b: time, ratios: ratio, .. } = against(own);
         let (errors, picture) = of_one;
         Measured { configuration, time, ratio, errors, picture }
     });
     let (all, n_rounds) = (all.collect(), base.len());
-    Ok(SceneMeasured { reference, all, left_out, n_rounds, control })
+    Ok(SceneMeasured { reference, all, left_out, n_rounds, controls, studies })
 }
 
-/// The errors of the picture in `rival`, and the picture.
+/// The errors of the picture in `rival`, the picture, and the metrics that there was no time for.
 fn measure_errors(
-    configuration: &Configuration,
     rival: &mut Rival,
-    prepared: &Prepared,
-    view: &View,
-    reference: &Reference,
+    scene: &Scene<'_>,
     stats: &FrameStats,
-) -> Result<(Errors, Picture), MeasureError> {
+    metrics: Vec<Metric>,
+    plan: (&mut Costs, Instant),
+) -> Result<(Errors, Picture, Vec<Metric>), MeasureError> {
+    let (costs, until) = plan;
     let picture = picture(&rival.frame)?;
+    let Scene { prepared, view, reference } = *scene;
     let settings = &rival.settings;
-    let n_kept = stats.objects.n_drawn;
-    let drawn = Drawn { prepared, view, settings, picture: &picture, n_kept };
-    let mut metrics: Vec<Metric> =
-        configuration.uses.iter().flat_map(|(.., metrics)| *metrics).copied().collect();
+    let drawn =
+        Drawn { prepared, view, settings, picture: &picture, n_kept: stats.objects.n_drawn };
+    let mut measuring = Measuring::new(drawn, reference);
+    let mut skipped = Vec::new();
+    for (i, metric) in metrics.into_iter().enumerate() {
+        // One is measured whatever the time: without any there would be no row.
+        if i > 0 && !costs.fit(&[metric], until) {
+            skipped.push(metric);
+            continue;
+        }
+        let start = Instant::now();
+        measuring.measure(&mut rival.renderer, metric)?;
+        costs.learn(metric, start.elapsed());
+    }
+    Ok((measuring.errors, picture, skipped))
+}
+
+/// What metrics are measured of a configuration.
+fn metrics(configuration: &Configuration) -> Vec<Metric> {
+    let all = configuration.uses.iter().flat_map(|(.., metrics)| *metrics);
+    let mut metrics: Vec<Metric> = all.copied().collect();
     metrics.sort_unstable();
     metrics.dedup();
-    let errors = errors(&drawn, &mut rival.renderer, reference, &metrics)?;
-    Ok((errors, picture))
+    metrics
 }
 
 /// The values of knobs that a configuration is.

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use cullet::{Frame, Pass, Passes, Prepared, Renderer, Settings, View};
 use cullet_measure::{
-    ErrorMap, MeasureError, PIXELS_PER_DEGREE, Picture, flip, ids_differ_ppm, max_abs, split_psnr,
-    ssim,
+    ErrorMap, MeasureError, PIXELS_PER_DEGREE, Perceived, Picture, ids_differ_ppm, max_abs,
+    split_psnr, ssim,
 };
 
 use super::reference::Reference;
@@ -17,6 +17,8 @@ pub enum Metric {
     Flip,
     /// Root mean square error of the pixels along edges: 10^(-PSNR / 20).
     EdgeRmse,
+    /// Root mean square error of all other pixels.
+    FlatRmse,
     /// 1 - SSIM.
     SsimLoss,
     /// Pixels that show another triangle, out of a million.
@@ -41,6 +43,7 @@ impl Metric {
         match self {
             Metric::Flip => "flip",
             Metric::EdgeRmse => "edge_rmse",
+            Metric::FlatRmse => "flat_rmse",
             Metric::SsimLoss => "ssim_loss",
             Metric::IdPpm => "id_ppm",
             Metric::Shimmer => "shimmer",
@@ -52,12 +55,20 @@ impl Metric {
         }
     }
 
+    /// Whether its reference is the picture made of many samples.
+    pub const fn is_of_samples(self) -> bool {
+        matches!(self, Metric::Flip | Metric::EdgeRmse | Metric::FlatRmse | Metric::SsimLoss)
+    }
+
     /// For people.
     pub const fn about(self) -> &'static str {
         match self {
             Metric::Flip => "mean FLIP against the reference picture; 0.01 is hard to see",
             Metric::EdgeRmse => {
                 "root mean square error along edges (0 to 1) against the reference picture"
+            }
+            Metric::FlatRmse => {
+                "root mean square error beside edges (0 to 1) against the reference picture"
             }
             Metric::SsimLoss => "1 - SSIM against the reference picture",
             Metric::IdPpm => {
@@ -78,7 +89,7 @@ impl Metric {
             Metric::DefaultMax => {
                 "largest difference of a channel (0 to 1) from the picture of the default"
             }
-            Metric::MaxAbs => "largest absolute error of a sine or cosine, angles to 1e9",
+            Metric::MaxAbs => "largest absolute error of a sine or cosine",
         }
     }
 }
@@ -88,6 +99,9 @@ impl Metric {
 pub struct Errors {
     /// Those that were asked for.
     pub values: Vec<(Metric, f64)>,
+    /// The same against either half of the samples of the reference, where it is made of samples; of
+    /// shimmer, in either pan.
+    pub by_halves: Vec<(Metric, [f64; 2])>,
     /// FLIP by pixel, where it was asked for.
     pub map: Option<Arc<ErrorMap>>,
 }
@@ -96,6 +110,11 @@ impl Errors {
     /// The error by `metric`, if it was asked for.
     pub fn get(&self, metric: Metric) -> Option<f64> {
         self.values.iter().find(|(known, _)| *known == metric).map(|(_, error)| *error)
+    }
+
+    /// The errors by `metric` against the halves of the reference, if it has any.
+    pub fn get_by_halves(&self, metric: Metric) -> Option<[f64; 2]> {
+        self.by_halves.iter().find(|(known, _)| *known == metric).map(|(_, errors)| *errors)
     }
 }
 
@@ -110,29 +129,33 @@ pub struct Drawn<'a> {
     pub n_kept: u64,
 }
 
-/// Measures a picture by `metrics`.
-pub fn errors(
-    drawn: &Drawn<'_>,
-    renderer: &mut Renderer,
-    reference: &Reference,
-    metrics: &[Metric],
-) -> Result<Errors, MeasureError> {
-    let mut errors = Errors::default();
-    let truth = &reference.picture;
-    for &metric in metrics {
+/// Measures a picture by one metric after the other, and adds to `errors`.
+pub struct Measuring<'a> {
+    drawn: Drawn<'a>,
+    reference: &'a Reference,
+    /// Made when first asked for.
+    perceived: Option<Perceived>,
+    /// What has been measured.
+    pub errors: Errors,
+}
+
+impl<'a> Measuring<'a> {
+    /// Nothing is measured yet.
+    pub fn new(drawn: Drawn<'a>, reference: &'a Reference) -> Measuring<'a> {
+        Measuring { drawn, reference, perceived: None, errors: Errors::default() }
+    }
+
+    /// Measures by `metric`.
+    pub fn measure(&mut self, renderer: &mut Renderer, metric: Metric) -> Result<(), MeasureError> {
+        let Measuring { drawn, reference, .. } = self;
         let error = match metric {
-            Metric::Flip => {
-                let map = flip(truth, drawn.picture, PIXELS_PER_DEGREE)?;
-                let mean = map.mean();
-                errors.map = Some(Arc::new(map));
-                mean
+            Metric::Flip => return self.flip(),
+            Metric::EdgeRmse | Metric::FlatRmse | Metric::SsimLoss => {
+                let error = |truth| against(truth, drawn.picture, metric);
+                let [even, odd] = &reference.halves;
+                self.errors.by_halves.push((metric, [error(even)?, error(odd)?]));
+                error(&reference.picture)?
             }
-            Metric::EdgeRmse => {
-                // A picture without edges has no error along them.
-                let psnr = split_psnr(truth, drawn.picture)?.edge;
-                psnr.map_or(0.0, |psnr| libm::pow(10.0, -psnr / 20.0))
-            }
-            Metric::SsimLoss => (1.0 - ssim(truth, drawn.picture)?).max(0.0),
             Metric::IdPpm => {
                 let passes = Passes::NONE.with(Pass::Triangle);
                 let mut frame = Frame::default();
@@ -140,32 +163,70 @@ pub fn errors(
                 renderer.render(drawn.prepared, drawn.view, &settings, &mut frame);
                 ids_differ_ppm(&reference.triangles, &frame.triangle)?
             }
-            Metric::Shimmer => shimmer(drawn, renderer),
+            Metric::Shimmer => {
+                let pans = shimmer(drawn, renderer);
+                self.errors.by_halves.push((metric, pans));
+                0.5 * (pans[0] + pans[1])
+            }
             Metric::FalseVisible => {
                 // One that is lost is no less wrong than one that is kept.
                 let n_false = drawn.n_kept.abs_diff(reference.n_visible);
                 n_false as f64 / drawn.prepared.items().len().max(1) as f64 * 1e6
             }
-            Metric::LightFlip => flip(&reference.lit, drawn.picture, PIXELS_PER_DEGREE)?.mean(),
+            Metric::LightFlip => {
+                let lit = &self.reference.perceived.lit;
+                lit.flip(self.perceived())?.mean()
+            }
             Metric::LightMax => max_abs(&reference.lit, drawn.picture)?,
             Metric::DefaultMax => max_abs(&reference.default, drawn.picture)?,
-            Metric::MaxAbs => continue, // not of pictures
+            Metric::MaxAbs => return Ok(()), // not of pictures
         };
-        errors.values.push((metric, error));
+        self.errors.values.push((metric, error));
+        Ok(())
     }
-    Ok(errors)
+
+    fn flip(&mut self) -> Result<(), MeasureError> {
+        let truth = &self.reference.perceived;
+        let [even, odd] = &truth.halves;
+        let perceived = self.perceived();
+        let map = truth.whole.flip(perceived)?;
+        let halves = [even.flip(perceived)?.mean(), odd.flip(perceived)?.mean()];
+        self.errors.values.push((Metric::Flip, map.mean()));
+        self.errors.by_halves.push((Metric::Flip, halves));
+        self.errors.map = Some(Arc::new(map));
+        Ok(())
+    }
+
+    fn perceived(&mut self) -> &Perceived {
+        let picture = self.drawn.picture;
+        self.perceived.get_or_insert_with(|| Perceived::of(picture, PIXELS_PER_DEGREE))
+    }
+}
+
+/// The error of `picture` by a metric of two pictures other than FLIP.
+fn against(truth: &Picture, picture: &Picture, metric: Metric) -> Result<f64, MeasureError> {
+    // A picture without edges has no error along them, one of edges alone none beside them.
+    let rmse = |psnr: Option<f64>| psnr.map_or(0.0, |psnr| libm::pow(10.0, -psnr / 20.0));
+    Ok(match metric {
+        Metric::EdgeRmse => rmse(split_psnr(truth, picture)?.edge),
+        Metric::FlatRmse => rmse(split_psnr(truth, picture)?.flat),
+        _ => (1.0 - ssim(truth, picture)?).max(0.0),
+    })
 }
 
 /// Steps of a pixel that a pan takes.
 const STEPS: u32 = 16;
 
-/// The mean over pixels, channels and steps of `|a - 2 b + c|`, encoded, of three pictures in a row of
-/// two pans, across and down. What glides changes evenly and counts little; what jumps counts twice its jump.
-fn shimmer(drawn: &Drawn<'_>, renderer: &mut Renderer) -> f64 {
+/// Frames that shimmer is measured from.
+pub const SHIMMER_FRAMES: u32 = 2 * (STEPS + 1);
+
+/// The mean over pixels, channels and steps of `|a - 2 b + c|`, encoded, of three pictures in a row of a
+/// pan across, and of one down. What glides changes evenly and counts little; what jumps counts twice its jump.
+fn shimmer(drawn: &Drawn<'_>, renderer: &mut Renderer) -> [f64; 2] {
     let settings = Settings { passes: Passes::COLOR, ..*drawn.settings };
     let mut frames = [Frame::default(), Frame::default(), Frame::default()];
-    let mut sum = 0_u64;
-    for [right, down] in [[1.0, 0.0], [0.0, 1.0]] {
+    [[1.0, 0.0], [0.0, 1.0]].map(|[right, down]| {
+        let mut sum = 0_u64;
         for step in 0..=STEPS {
             frames.rotate_left(1);
             let way = f64::from(step) / f64::from(STEPS);
@@ -183,9 +244,9 @@ fn shimmer(drawn: &Drawn<'_>, renderer: &mut Renderer) -> f64 {
                 }
             }
         }
-    }
-    let n = 2 * u64::from(STEPS - 1) * 3 * frames[2].len() as u64;
-    sum as f64 / n as f64 / 255.0
+        let n = u64::from(STEPS - 1) * 3 * frames[2].len() as u64;
+        sum as f64 / n as f64 / 255.0
+    })
 }
 
 /// An opaque frame as a picture.

@@ -4,6 +4,9 @@
 //! rounds, error against a reference that is not the fast path, both from the same run.
 
 mod calls;
+mod domination;
+mod doubt;
+mod expectations;
 mod findings;
 mod html;
 mod knobs;
@@ -14,7 +17,10 @@ mod metrics;
 mod plan;
 mod plot;
 mod reference;
+mod study;
 mod table;
+mod text;
+mod words;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -32,11 +38,13 @@ use crate::output::{Outputs, Target, print, spare_inputs};
 use crate::render::{camera, size};
 use crate::source::{Limits, Source};
 use crate::stats;
-use findings::{Control, Finding, findings};
+use calls::Calls;
+use findings::{Control, Findings};
 use lamp::Lamp;
 use machine::Machine;
 use measure::{Reporter, SceneMeasured};
-use plan::Budget;
+use plan::{Budget, STUDIES_SHARE};
+use study::{Studies, Study};
 use table::Row;
 
 /// Changes whenever a key changes its meaning or goes.
@@ -45,10 +53,17 @@ const SCHEMA: u32 = 1;
 /// The most of the budget that is spent on what is measured by the call.
 const CALLS: f64 = 0.02;
 
+/// How much of the budget may be used up before that is told.
+const OVER: f64 = 1.25;
+
 /// Measure speed against accuracy: every setting's time and error, and which settings nothing beats.
 ///
 /// Writes tradeoff.csv, tradeoff.json, tradeoff.svg and tradeoff.html, and prints the settings that
-/// nothing beats.
+/// nothing beats, what they were measured with, and of everything one would expect whether it is confirmed,
+/// refuted, or within what the figures cannot tell.
+///
+/// `time_ms` is the default's median times the median ratio to it, round by round; `spread` is half the
+/// interquartile range of that ratio as a fraction of it.
 #[derive(Args, Clone, Debug)]
 pub struct TradeoffArgs {
     /// .glb, .gltf or .obj files, or `synth:NAME`; several are measured one after the other
@@ -60,6 +75,7 @@ pub struct TradeoffArgs {
     /// Seconds for everything, held within a quarter; what does not fit is left out, the least important
     /// first, and named
     #[arg(long, value_name = "SECONDS", default_value_t = 240.0, value_parser = seconds)]
+    #[arg(allow_negative_numbers = true)]
     budget: f64,
     /// Size of the pictures in pixels
     #[arg(long, value_name = "WxH", default_value = "480x270", value_parser = size)]
@@ -81,7 +97,10 @@ pub struct TradeoffArgs {
 struct Report<'a> {
     scenes: &'a [SceneReport],
     rows: &'a [Row],
-    findings: &'a [Finding],
+    findings: &'a Findings,
+    studies: &'a [Study],
+    /// Studies of no scene that there was no time for.
+    no_study: &'a [String],
     machine: &'a Machine,
     size: (u32, u32),
     threads: u16,
@@ -117,7 +136,12 @@ pub fn run(args: &TradeoffArgs) -> Result<(), Failure> {
     let machine = Machine::here();
     let line = Progress::show("measuring");
     let mut scenes: Vec<SceneReport> = Vec::new();
-    let calls = calls::measure(Duration::from_secs_f64(args.budget * CALLS));
+    let mut calls = Calls::new();
+    let time_for_calls =
+        Duration::from_secs_f64(args.budget * CALLS / (args.scenes.len() + 1) as f64);
+    calls.measure(time_for_calls);
+    let Studies { done: mut studies, left_out: no_study, .. } =
+        Studies::within(Duration::from_secs_f64(args.budget * STUDIES_SHARE)).general()?;
     for (i, path) in args.scenes.iter().enumerate() {
         let end = budget.end_of_scene(args.scenes.len() - i);
         let name = scene_name(path, &scenes);
@@ -139,20 +163,26 @@ pub fn run(args: &TradeoffArgs) -> Result<(), Failure> {
         };
         let measured = measure::scene(&prepared, &view, &common, threads, end, &report)?;
         scenes.push(SceneReport { name, camera, measured });
+        calls.measure(time_for_calls);
     }
     let mut rows: Vec<Row> =
         scenes.iter().flat_map(|scene| table::of_scene(&scene.name, &scene.measured)).collect();
-    rows.extend(table::of_calls(&calls));
+    rows.extend(calls.all().iter().flat_map(|calls| table::of_calls(calls)));
     table::find_fronts(&mut rows);
     let controls: Vec<Control> =
         scenes.iter().map(|scene| Control::of(&scene.name, &scene.measured)).collect();
-    let findings = findings(&rows, &controls);
+    for scene in &mut scenes {
+        studies.append(&mut scene.measured.studies);
+    }
+    let findings = Findings::of(&rows, &controls, &studies);
     drop(line);
 
     let report = Report {
         scenes: &scenes,
         rows: &rows,
         findings: &findings,
+        studies: &studies,
+        no_study: &no_study,
         machine: &machine,
         size: args.size,
         threads: args.threads,
@@ -169,12 +199,25 @@ pub fn run(args: &TradeoffArgs) -> Result<(), Failure> {
     outputs.write(2, plot::svg(&rows).as_bytes())?;
     outputs.write(3, html::page(&report)?.as_bytes())?;
     outputs.commit()?;
-    print(table::fronts(&rows).as_bytes())?;
+    print(text::all(&report).as_bytes())?;
+    if !no_study.is_empty() {
+        note(format_args!(
+            "left out, as --budget {} is short: {}",
+            args.budget,
+            no_study.join(", ")
+        ));
+    }
     for scene in scenes.iter().filter(|scene| !scene.measured.left_out.is_empty()) {
         let left_out = scene.measured.left_out.join(", ");
         note(format_args!(
             "{}: left out, as --budget {} is short: {left_out}",
             scene.name, args.budget
+        ));
+    }
+    if budget.elapsed().as_secs_f64() > OVER * args.budget {
+        note(format_args!(
+            "--budget {} is less than the references and the presets take here",
+            args.budget
         ));
     }
     note(format_args!(
@@ -198,7 +241,7 @@ fn scene_name(path: &Path, others: &[SceneReport]) -> String {
     let name =
         if whole.starts_with("synth:") { whole.into_owned() } else { stem.unwrap_or_default() };
     let is_taken =
-        |name: &str| name == calls::SCENE || others.iter().any(|other| other.name == name);
+        |name: &str| calls::is_scene(name) || others.iter().any(|other| other.name == name);
     let numbered = (2..).map(|n| format!("{name} {n}"));
     let names = std::iter::once(name.clone()).chain(numbered);
     names.into_iter().find(|name| !is_taken(name)).unwrap_or(name)
@@ -228,6 +271,7 @@ fn report_json(report: &Report<'_>) -> Vec<u8> {
         scene: &'a str,
         camera: &'a str,
         reference: &'a str,
+        samples: u32,
         rounds: usize,
         left_out: &'a [String],
     }
@@ -238,6 +282,7 @@ fn report_json(report: &Report<'_>) -> Vec<u8> {
             scene: &scene.name,
             camera: &scene.camera,
             reference: &scene.measured.reference.how,
+            samples: scene.measured.reference.n_samples,
             rounds: scene.measured.n_rounds,
             left_out: &scene.measured.left_out,
         })
@@ -257,7 +302,9 @@ fn report_json(report: &Report<'_>) -> Vec<u8> {
         },
         "scenes": scenes,
         "rows": report.rows,
-        "findings": report.findings,
+        "studies": report.studies,
+        "left_out": report.no_study,
+        "findings": report.findings.all().collect::<Vec<_>>(),
     }))
 }
 

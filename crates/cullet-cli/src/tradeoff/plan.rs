@@ -1,12 +1,18 @@
 //! What fits: wall time shared out among scenes, and among the steps of each.
 
+use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
+
+use super::metrics::{Metric, SHIMMER_FRAMES};
 
 /// The share of the budget that is planned with; the rest is for what takes longer than measured.
 const PLANNED: f64 = 0.85;
 
 /// The share of a scene's time that its reference may take.
 pub const REFERENCE_SHARE: f64 = 0.35;
+
+/// The share of a scene's time, and of the whole budget, in which studies are begun.
+pub const STUDIES_SHARE: f64 = 0.12;
 
 /// What the f64 ray caster is known to cast on one or two cores.
 const RAYS_PER_SECOND: f64 = 1e5;
@@ -62,6 +68,32 @@ pub fn time_for_rounds(costs: impl Iterator<Item = f64>) -> f64 {
     costs.sum::<f64>() * ROUNDS as f64 / MARGIN
 }
 
+/// What measuring by each metric takes, as far as it is known: what it took the last time.
+#[derive(Clone, Debug, Default)]
+pub struct Costs {
+    known: BTreeMap<Metric, Duration>,
+}
+
+impl Costs {
+    /// That a frame takes so many seconds, for metrics that draw frames and have not been measured.
+    pub fn expect_frames(&mut self, seconds: f64) {
+        let frames = |n: u32| Duration::from_secs_f64(seconds * f64::from(n));
+        self.known.entry(Metric::Shimmer).or_insert(frames(SHIMMER_FRAMES));
+        self.known.entry(Metric::IdPpm).or_insert(frames(1));
+    }
+
+    /// That measuring by `metric` took so long.
+    pub fn learn(&mut self, metric: Metric, took: Duration) {
+        self.known.insert(metric, took);
+    }
+
+    /// Whether there is time for all of `metrics` until then.
+    pub fn fit(&self, metrics: &[Metric], until: Instant) -> bool {
+        let takes: Duration = metrics.iter().filter_map(|metric| self.known.get(metric)).sum();
+        Instant::now() + takes < until
+    }
+}
+
 /// Which of rivals of these costs per round (seconds), most important first, are timed: those that
 /// fit into `seconds` with [`ROUNDS`] rounds. The first `needed` always are.
 pub fn affordable(costs: &[f64], needed: usize, seconds: f64) -> Vec<bool> {
@@ -88,6 +120,22 @@ mod tests {
         assert_eq!(kept(4.0), [true, true, false, true]);
         assert_eq!(kept(3.0), [true, true, false, false]);
         assert_eq!(kept(0.0), [true, true, false, false]);
+    }
+
+    #[test]
+    fn what_a_metric_took_it_will_take_again() {
+        let mut costs = Costs::default();
+        let soon = Instant::now() + Duration::from_secs(60);
+        let all = [Metric::Flip, Metric::Shimmer];
+        assert!(costs.fit(&all, soon));
+        costs.expect_frames(1.0);
+        assert!(costs.fit(&all, soon));
+        costs.learn(Metric::Flip, Duration::from_secs(30));
+        assert!(!costs.fit(&all, soon) && costs.fit(&[Metric::Flip], soon));
+        costs.learn(Metric::Shimmer, Duration::from_secs(1));
+        costs.expect_frames(9.0);
+        assert!(costs.fit(&all, soon));
+        assert!(!costs.fit(&[], Instant::now()));
     }
 
     #[test]

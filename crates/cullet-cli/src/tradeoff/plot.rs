@@ -1,13 +1,14 @@
 //! Time against error, both on logarithmic axes: a row of panels per scene, a panel per metric.
 //!
-//! What is on the front is a full dot on the line; what is beaten is hollow. An error of 0 lies on the
+//! What is on the front is a full dot on the line; what is beaten is hollow; what is timed in plain code is
+//! a square, and on no line: its time compares with that of other squares alone. An error of 0 lies on the
 //! bottom line, which says so.
 
 use std::fmt::Write;
 
-use super::findings::{distinct, short};
 use super::metrics::Metric;
-use super::table::{Row, panels};
+use super::table::{Row, has_front, panels};
+use super::words::{distinct, short};
 
 const WIDTH: f64 = 372.0;
 const HEIGHT: f64 = 300.0;
@@ -28,7 +29,12 @@ const COLORS: [&str; 18] = [
 
 /// The drawing, for a file of its own or a page.
 pub fn svg(rows: &[Row]) -> String {
-    let panels = panels(rows);
+    let of = |scene: &str, metric| -> Vec<&Row> {
+        rows.iter().filter(|row| row.scene == scene && row.metric == metric).collect()
+    };
+    // A panel of one configuration has nothing to compare.
+    let mut panels = panels(rows);
+    panels.retain(|(scene, metric)| has_front(&of(scene, *metric)));
     let knobs = distinct(rows.iter().map(|row| row.knob));
     let mut scenes: Vec<(&str, Vec<Metric>)> = Vec::new();
     for (scene, metric) in &panels {
@@ -46,7 +52,7 @@ pub fn svg(rows: &[Row]) -> String {
          <rect width='{width}' height='{height}' fill='#fff'/>\n\
          <text x='14' y='22' font-size='15' font-weight='600'>Time against error</text>\n\
          <text x='176' y='22' fill='#555'>left is faster, down is truer; full dots on the line: \
-         the front; hollow: beaten</text>\n"
+         the front; hollow: beaten; squares: timed in plain code</text>\n"
     );
     let (mut x, mut y) = (14.0, 42.0);
     for (i, knob) in knobs.iter().enumerate() {
@@ -68,8 +74,7 @@ pub fn svg(rows: &[Row]) -> String {
     for (scene, metrics) in scenes {
         for line in metrics.chunks(columns) {
             for (column, metric) in line.iter().enumerate() {
-                let own: Vec<&Row> =
-                    rows.iter().filter(|row| row.scene == scene && row.metric == *metric).collect();
+                let own = of(scene, *metric);
                 let _ = writeln!(svg, "<g transform='translate({} {y})'>", WIDTH * column as f64);
                 panel(&mut svg, scene, *metric, &own, &knobs);
                 svg += "</g>\n";
@@ -177,7 +182,7 @@ fn panel(svg: &mut String, scene: &str, metric: Metric, rows: &[&Row], knobs: &[
     dots.sort_by(|(a, _), (b, _)| a.time_ms.total_cmp(&b.time_ms));
     let front: Vec<String> = dots
         .iter()
-        .filter(|(row, _)| row.pareto && !row.tied)
+        .filter(|(row, _)| row.pareto && !row.tied && !row.plain_code)
         .map(|(row, _)| {
             let (x, y) = place(row);
             format!("{x:.1},{y:.1}")
@@ -198,17 +203,30 @@ fn panel(svg: &mut String, scene: &str, metric: Metric, rows: &[&Row], knobs: &[
         let (x, y) = place(row);
         let knob = knobs.iter().position(|knob| *knob == row.knob).unwrap_or(0);
         let color = COLORS[knob % COLORS.len()];
-        let fill = if row.pareto { color } else { "#fff" };
-        let _ = writeln!(
-            svg,
-            "<circle cx='{x:.1}' cy='{y:.1}' r='4.2' fill='{fill}' stroke='{color}' \
-             stroke-width='1.6'><title>{}: {} ms, {} {name}</title></circle>",
+        let fill = if row.pareto && !row.plain_code { color } else { "#fff" };
+        let title = format!(
+            "{}: {} ms{}, {} {name}",
             escape(&names.join(" = ")),
             short(row.time_ms),
+            if row.plain_code { " by plain code" } else { "" },
             short(row.error),
         );
+        let paint = format!("fill='{fill}' stroke='{color}' stroke-width='1.6'");
+        let _ = if row.plain_code {
+            writeln!(
+                svg,
+                "<rect x='{:.1}' y='{:.1}' width='7' height='7' {paint}><title>{title}</title></rect>",
+                x - 3.5,
+                y - 3.5
+            )
+        } else {
+            writeln!(
+                svg,
+                "<circle cx='{x:.1}' cy='{y:.1}' r='4.2' {paint}><title>{title}</title></circle>"
+            )
+        };
         // The front has names, as far as there is room.
-        if row.pareto {
+        if row.pareto && !row.plain_code {
             let text = if row.knob == knobs[0] { row.value.to_owned() } else { row.name() };
             let width = 5.9 * text.len() as f64;
             let to_left = x + 8.0 + width > right;
@@ -253,10 +271,14 @@ mod tests {
             row("a<b", "none", 1.0, 0.3),
             Row { configuration: 1, ..row("a<b", "msaa2", 2.0, 0.0) },
             Row { configuration: 2, ..row("a<b", "msaa8", 3.0, 0.4) },
+            Row { configuration: 3, plain_code: true, ..row("a<b", "msaa8", 4.0, 0.0) },
+            row("alone", "none", 1.0, 0.3),
         ];
         find_fronts(&mut rows);
         let svg = svg(&rows);
-        assert_eq!(svg.matches("fill='#fff' stroke=").count(), 1);
+        assert_eq!(svg.matches("r='4.2' fill='#fff' stroke=").count(), 1);
+        assert_eq!(svg.matches("by plain code").count(), 1);
+        assert!(!svg.contains("alone"));
         let line = svg.split("<polyline points='").nth(1).unwrap().split('\'').next().unwrap();
         assert_eq!(line.split(' ').count(), 2);
         assert!(svg.contains("a&lt;b: flip") && svg.ends_with("</svg>\n"));

@@ -1,7 +1,9 @@
 //! What is true: pictures and counts that no knob touches.
 //!
 //! * The picture: 256 samples per pixel, on a grid of 4 x 4 in each of 16 shifted frames of four
-//!   times the size, summed in f64. Textures are looked at through sixteenths of pixels, so
+//!   times the size, summed in f64; never less than 64, four in each cell of the grid, since 16 on that
+//!   grid would be what `ssaa16` draws, and call it perfect. Either half of the samples is kept as a
+//!   picture of its own: by how much the two disagree about an error is how far it can be trusted. Textures are looked at through sixteenths of pixels, so
 //!   the mean is that of the finest levels. Cast by the f64 ray caster
 //!   where the budget allows that; else drawn by the rasterizer with every short cut off, and one
 //!   sample per pixel compared with the ray caster's.
@@ -17,7 +19,7 @@ use cullet::{
     Accumulation, Antialias, CullTest, Filter, Frame, Pass, Passes, Prepared, Renderer,
     RendererKind, Resolution, Settings, View, sample_place,
 };
-use cullet_measure::Picture;
+use cullet_measure::{PIXELS_PER_DEGREE, Perceived, Picture};
 use glam::Vec4;
 
 use super::metrics;
@@ -26,13 +28,40 @@ use crate::exit::Failure;
 /// Frames that the picture is the mean of.
 const FRAMES: u32 = 16;
 
+/// Frames that are drawn whatever the budget.
+const FEWEST_FRAMES: u32 = 4;
+
 /// How much larger than the picture each frame is.
 const FINER: u32 = 4;
+
+/// Which of the [`sample_place`]s comes when. Four in a row that begin at a multiple of four lie in four
+/// quarters of the pixel, as do those that are even in number, or odd: whenever time is over, the
+/// pixel is covered evenly, and so it is by either half.
+const ORDER: [u32; FRAMES as usize] = {
+    let bases = [0b1011, 0b0101, 0b1010, 0b0011];
+    let mut order = [0; FRAMES as usize];
+    let mut i = 0;
+    while i < order.len() {
+        let mut bit = 0;
+        while bit < bases.len() {
+            if i >> bit & 1 == 1 {
+                order[i] ^= bases[bit];
+            }
+            bit += 1;
+        }
+        i += 1;
+    }
+    order
+};
 
 /// The truth about one view of one scene.
 pub struct Reference {
     /// The picture.
     pub picture: Picture,
+    /// The same from every other of its frames alone, and from the rest.
+    pub halves: [Picture; 2],
+    /// Samples per pixel of `picture`.
+    pub n_samples: u32,
     /// Who drew it and how finely.
     pub how: String,
     /// Triangle number + 1 by pixel, 0 where nothing is.
@@ -43,6 +72,15 @@ pub struct Reference {
     pub default: Picture,
     /// The same, with a light at a point that never ends.
     pub lit: Picture,
+    /// `picture`, `halves` and `lit` as FLIP perceives them.
+    pub perceived: ReferencePerceived,
+}
+
+/// What FLIP compares with.
+pub struct ReferencePerceived {
+    pub whole: Perceived,
+    pub halves: [Perceived; 2],
+    pub lit: Perceived,
 }
 
 /// What finding it may take.
@@ -96,31 +134,34 @@ impl Reference {
             .enlarged(FINER)
             .ok_or_else(|| Failure::limit("pictures four times the size would be too large"))?;
         let (mut renderer, mut frame) = (Renderer::default(), Frame::default());
-        let mut sum = Accumulation::default();
-        for i in 0..FRAMES {
-            // In an order that spreads the first few over the pixel, should there be no time for all.
-            let place = i.reverse_bits() >> (u32::BITS - FRAMES.ilog2());
+        let mut halves = [Accumulation::default(), Accumulation::default()];
+        for (i, &place) in ORDER.iter().enumerate() {
+            // In pairs, so that halves are halves.
+            if i >= FEWEST_FRAMES as usize && i.is_multiple_of(2) && begun.elapsed() > room.time {
+                break;
+            }
             progress(&format!("reference {} of {FRAMES}", i + 1));
             let [x, y] = sample_place(place, FRAMES);
             renderer.render(prepared, &finer.shifted(x - 0.5, y - 0.5), &one, &mut frame);
-            sum.add(&shrunk(&frame, FINER as usize), 0);
-            if begun.elapsed() > room.time {
-                break;
-            }
+            halves[i % 2].add(&shrunk(&frame, FINER as usize), 0);
         }
         let viewport = view.viewport();
         let (width, height) = (viewport.width() as usize, viewport.height() as usize);
-        let colors: Vec<[f32; 3]> =
-            (0..width * height).map(|i| sum.mean(i).truncate().to_array()).collect();
-        let picture = Picture::from_linear(width, height, &colors).map_err(Failure::input)?;
-
-        let samples = sum.n_pictures() * FINER * FINER;
+        let picture = |colors: &dyn Fn(usize) -> Vec4| {
+            let colors: Vec<[f32; 3]> =
+                (0..width * height).map(|i| colors(i).truncate().to_array()).collect();
+            Picture::from_linear(width, height, &colors).map_err(Failure::input)
+        };
+        let [even, odd] = &halves;
+        let whole = picture(&|i| mean_of_two(even.mean(i), odd.mean(i)))?;
+        let n_samples = 2 * even.n_pictures() * FINER * FINER;
+        let halves = [picture(&|i| even.mean(i))?, picture(&|i| odd.mean(i))?];
         let how = if rays_fit {
-            format!("{samples} samples per pixel by the f64 ray caster")
+            format!("{n_samples} samples per pixel by the f64 ray caster")
         } else {
             let same = same_as_rays(prepared, view, &plain, &cast);
             format!(
-                "{samples} samples per pixel by the rasterizer, one triangle and one shading per \
+                "{n_samples} samples per pixel by the rasterizer, one triangle and one shading per \
                  sample, no short cuts; {same}"
             )
         };
@@ -128,15 +169,31 @@ impl Reference {
         renderer.render(prepared, view, &lit, &mut frame);
         let lit = metrics::picture(&frame).map_err(Failure::input)?;
         renderer.render(prepared, view, settings, &mut frame);
+        let perceived = |picture: &Picture| Perceived::of(picture, PIXELS_PER_DEGREE);
+        let perceived = ReferencePerceived {
+            whole: perceived(&whole),
+            halves: [perceived(&halves[0]), perceived(&halves[1])],
+            lit: perceived(&lit),
+        };
         Ok(Reference {
+            perceived,
             default: metrics::picture(&frame).map_err(Failure::input)?,
             lit,
-            picture,
+            picture: whole,
+            halves,
+            n_samples,
             how,
             triangles: cast.triangle,
             n_visible: n_visible(prepared, view),
         })
     }
+}
+
+/// The mean of two colours with straight alpha.
+fn mean_of_two(a: Vec4, b: Vec4) -> Vec4 {
+    let alpha = a.w + b.w;
+    let rgb = a.truncate() * a.w + b.truncate() * b.w;
+    if alpha > 0.0 { (rgb / alpha).extend(0.5 * alpha) } else { Vec4::ZERO }
 }
 
 /// How far the rasterizer agrees with the ray caster, one sample per pixel.
@@ -176,4 +233,35 @@ fn shrunk(frame: &Frame, n: usize) -> Vec<Vec4> {
         }
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn few_samples_are_as_even_as_many() {
+        let mut all = ORDER;
+        all.sort_unstable();
+        assert!(all.into_iter().eq(0..FRAMES));
+        let quarters = |frames: &mut dyn Iterator<Item = u32>| {
+            let places = frames.map(|i| sample_place(i, FRAMES));
+            let mut n = [0; 4];
+            places.for_each(|[x, y]| n[2 * usize::from(y > 0.5) + usize::from(x > 0.5)] += 1);
+            n
+        };
+        for four in ORDER.chunks(4) {
+            assert_eq!(quarters(&mut four.iter().copied()), [1; 4], "{four:?}");
+        }
+        for first in 0..2 {
+            assert_eq!(quarters(&mut ORDER.into_iter().skip(first).step_by(2)), [2; 4]);
+        }
+    }
+
+    #[test]
+    fn transparent_colors_do_not_count() {
+        let (red, none) = (Vec4::new(1.0, 0.0, 0.0, 1.0), Vec4::new(0.0, 1.0, 0.0, 0.0));
+        assert_eq!(mean_of_two(red, none), Vec4::new(1.0, 0.0, 0.0, 0.5));
+        assert_eq!(mean_of_two(none, none), Vec4::ZERO);
+    }
 }

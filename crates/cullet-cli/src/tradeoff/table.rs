@@ -6,9 +6,11 @@ use cullet_measure::{Align, Standing, Table, Trade, standings};
 use serde::Serialize;
 
 use super::calls::{self, Call};
-use super::findings::short;
+use super::doubt::{self, Outcome};
+use super::knobs::is_plain;
 use super::measure::SceneMeasured;
 use super::metrics::Metric;
+use super::words::{distinct, short};
 
 /// Significant digits of every number.
 const DIGITS: usize = 5;
@@ -19,26 +21,36 @@ pub struct Row {
     pub scene: String,
     pub knob: &'static str,
     pub value: &'static str,
-    /// Milliseconds, the median of the rounds.
+    /// Milliseconds: the default's median times `time_ratio`, so that what slows whole rounds down does
+    /// not tell rows apart.
     pub time_ms: f64,
     /// Median over rounds of the time against that of the default in the same round.
     pub time_ratio: f64,
-    /// Half the interquartile range of `time_ms` as a fraction of it.
+    /// Half the interquartile range of the ratio, and so of `time_ms`, as a fraction of it. The
+    /// default's is that of a copy of it against it.
     pub spread: f64,
+    /// How far `time_ms` may be off against other rows of the scene, as a fraction of it: see
+    /// [`super::doubt`]. Infinite of less than three rounds.
+    #[serde(rename = "time_uncertainty")]
+    pub time_doubt: f64,
     #[serde(serialize_with = "metric_name")]
     pub metric: Metric,
     /// 0 for none.
     pub error: f64,
-    /// On the front of its scene and metric, or so close behind that the spread does not tell.
+    /// The errors against either half of the reference's samples, where it is made of samples; of
+    /// shimmer, in either pan.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub error_by_halves: Option<[f64; 2]>,
+    /// On the front of its scene and metric, or so close behind that the figures do not tell.
     pub pareto: bool,
-    /// Beaten, by no more than its spread in time and by next to nothing in error.
+    /// Beaten, by no more than the figures can tell, neither in time nor in error.
     pub tied: bool,
     /// This value is the default's.
     pub default: bool,
+    /// Drawn by the plain code, one sample at a time: its time is that of such code, not of the value.
+    pub plain_code: bool,
     /// Rounds behind the time.
     pub rounds: usize,
-    /// The spread of the ratio.
-    pub ratio_spread: f64,
     /// The configuration, counted within its scene.
     pub configuration: usize,
 }
@@ -55,14 +67,24 @@ impl Row {
 
     /// As the front sees it.
     pub fn trade(&self) -> Trade {
-        Trade { cost: self.time_ms, spread: self.spread, error: self.error }
+        Trade { cost: self.time_ms, uncertainty: self.tie(), error: self.error }
+    }
+
+    /// Differences in time, as a fraction, that do not take a row off its front: what is in doubt, and
+    /// at most the spread.
+    fn tie(&self) -> f64 {
+        self.time_doubt.min(self.spread)
     }
 }
 
 /// All rows of a scene.
 pub fn of_scene(scene: &str, measured: &SceneMeasured) -> Vec<Row> {
     let mut rows = Vec::new();
+    let (base, controls) = (&measured.all[0].time, &measured.controls);
+    let of_controls = doubt::of_controls(controls);
     for (configuration, one) in measured.all.iter().enumerate() {
+        // Against itself the default has no spread: that of a copy stands for it.
+        let ratio = if configuration == 0 { &controls[0].ratios } else { &one.ratio };
         for (knob, value, metrics) in &one.configuration.uses {
             for &metric in *metrics {
                 let Some(error) = one.errors.get(metric) else { continue };
@@ -70,16 +92,18 @@ pub fn of_scene(scene: &str, measured: &SceneMeasured) -> Vec<Row> {
                     scene: scene.to_owned(),
                     knob,
                     value,
-                    time_ms: rounded(1e3 * one.time.median),
+                    time_ms: rounded(1e3 * base.median * one.ratio.median),
                     time_ratio: rounded(one.ratio.median),
-                    spread: rounded(one.time.spread()),
+                    spread: rounded(ratio.spread()),
+                    time_doubt: rounded(doubt::of_row(ratio, of_controls)),
                     metric,
                     error: rounded(error),
+                    error_by_halves: one.errors.get_by_halves(metric).map(|e| e.map(rounded)),
                     pareto: false,
                     tied: false,
                     default: configuration == 0,
-                    rounds: one.time.n,
-                    ratio_spread: rounded(one.ratio.spread()),
+                    plain_code: is_plain(&one.configuration.settings),
+                    rounds: one.ratio.n,
                     configuration,
                 });
             }
@@ -88,22 +112,24 @@ pub fn of_scene(scene: &str, measured: &SceneMeasured) -> Vec<Row> {
     rows
 }
 
-/// The rows of what is measured by the call.
+/// The rows of what is measured by the call, over one range of angles.
 pub fn of_calls(calls: &[Call]) -> Vec<Row> {
     let row = |(configuration, call): (usize, &Call)| Row {
-        scene: calls::SCENE.into(),
+        scene: call.scene.into(),
         knob: calls::KNOB,
         value: call.value,
-        time_ms: rounded(1e3 * call.time.median),
+        time_ms: rounded(1e3 * calls[0].time.median * call.ratio.median),
         time_ratio: rounded(call.ratio.median),
-        spread: rounded(call.time.spread()),
+        spread: rounded(call.ratio.spread()),
+        time_doubt: rounded(doubt::of_median(&call.ratio)),
         metric: Metric::MaxAbs,
         error: rounded(call.error),
+        error_by_halves: None,
         pareto: false,
         tied: false,
         default: configuration == 0,
-        rounds: call.time.n,
-        ratio_spread: rounded(call.ratio.spread()),
+        plain_code: false,
+        rounds: call.ratio.n,
         configuration,
     };
     calls.iter().enumerate().map(row).collect()
@@ -127,22 +153,21 @@ pub fn find_fronts(rows: &mut [Row]) {
         let mut own: Vec<&mut Row> =
             rows.iter_mut().filter(|row| row.scene == scene && row.metric == metric).collect();
         let trades: Vec<Trade> = own.iter().map(|row| row.trade()).collect();
-        for ((row, standing), own) in own.iter_mut().zip(standings(&trades)).zip(&trades) {
-            row.tied = standing != Standing::Front && is_tied(own, &trades);
+        let of_all = standings(&trades);
+        let all: Vec<Row> = own.iter().map(|row| Row::clone(row)).collect();
+        for (row, standing) in own.iter_mut().zip(of_all) {
+            row.tied = standing != Standing::Front && is_tied(row, &all);
             row.pareto = row.tied || standing == Standing::Front;
         }
     }
 }
 
-/// The share of an error that nobody sees.
-const NEGLIGIBLE: f64 = 0.01;
-
-/// Whether whatever beats `own` does so by no more than its spread in time, and next to nothing in
-/// error.
-fn is_tied(own: &Trade, all: &[Trade]) -> bool {
-    let beats = |other: &&Trade| other.cost <= own.cost && other.error <= own.error;
+/// Whether of whatever beats `own` the figures do not tell that it does, neither in time nor in error.
+fn is_tied(own: &Row, all: &[Row]) -> bool {
+    let beats = |other: &&Row| other.time_ms <= own.time_ms && other.error <= own.error;
     all.iter().filter(beats).all(|other| {
-        1.0 - other.cost / own.cost <= own.spread && other.error >= (1.0 - NEGLIGIBLE) * own.error
+        1.0 - other.time_ms / own.time_ms <= own.tie()
+            && doubt::is_truer(other, own) != Outcome::Confirmed
     })
 }
 
@@ -167,8 +192,13 @@ pub fn csv(rows: &[Row]) -> String {
     table.to_csv()
 }
 
+/// Whether there is a front to speak of: one configuration alone beats nobody.
+pub fn has_front(rows: &[&Row]) -> bool {
+    distinct(rows.iter().map(|row| row.configuration)).len() > 1
+}
+
 /// The fronts alone, for people: of each scene and metric the settings that nothing beats, fastest
-/// first.
+/// first. Without those whose times are of plain code, and fronts of nothing but the default.
 pub fn fronts(rows: &[Row]) -> String {
     let (left, right) = (Align::Left, Align::Right);
     let columns = [
@@ -183,8 +213,12 @@ pub fn fronts(rows: &[Row]) -> String {
     let mut table = Table::new(&columns);
     for (scene, metric) in panels(rows) {
         let of_panel = |row: &&Row| row.scene == scene && row.metric == metric;
-        let mut front: Vec<&Row> =
-            rows.iter().filter(of_panel).filter(|row| row.pareto && !row.tied).collect();
+        let panel: Vec<&Row> = rows.iter().filter(of_panel).collect();
+        if !has_front(&panel) {
+            continue;
+        }
+        let on_front = |row: &&Row| row.pareto && !row.tied && !row.plain_code;
+        let mut front: Vec<&Row> = panel.into_iter().filter(on_front).collect();
         front.sort_by(|a, b| a.time_ms.total_cmp(&b.time_ms));
         // Of several values that mean one configuration, the first.
         front.dedup_by_key(|row| row.configuration);
@@ -223,14 +257,16 @@ pub mod tests {
             value,
             time_ms,
             time_ratio: time_ms,
-            spread: 0.01,
+            spread: 0.02,
+            time_doubt: 0.01,
             metric: Metric::Flip,
             error,
+            error_by_halves: None,
             pareto: false,
             tied: false,
             default: value == "msaa4",
+            plain_code: false,
             rounds: 15,
-            ratio_spread: 0.01,
             configuration: 0,
         }
     }
@@ -252,12 +288,13 @@ pub mod tests {
     }
 
     #[test]
-    fn what_the_spread_does_not_tell_apart_is_tied() {
+    fn what_the_figures_do_not_tell_apart_is_tied() {
+        let halves = |row: Row, even, odd| Row { error_by_halves: Some([even, odd]), ..row };
         let mut rows = vec![
-            row("a", "msaa4", 1.0, 0.1),
-            row("a", "msaa2", 1.005, 0.1001),
-            row("a", "none", 1.005, 0.11),
-            row("a", "msaa8", 1.02, 0.1),
+            halves(row("a", "msaa4", 1.0, 0.1), 0.1, 0.1),
+            halves(row("a", "msaa2", 1.005, 0.101), 0.099, 0.103), // neither told
+            halves(row("a", "none", 1.005, 0.101), 0.101, 0.101),  // less true
+            halves(row("a", "msaa8", 1.015, 0.1), 0.1, 0.1),       // slower
         ];
         find_fronts(&mut rows);
         let standing = |row: &Row| (row.pareto, row.tied);
@@ -267,16 +304,18 @@ pub mod tests {
 
     #[test]
     fn people_see_each_configuration_on_a_front_once() {
-        let fast = row("a", "none", 1.0, 0.3);
+        let fast = Row { configuration: 2, ..row("a", "none", 1.0, 0.3) };
         let mut rows = vec![
+            row("alone", "none", 1.0, 0.3),
+            Row { plain_code: true, configuration: 3, ..row("a", "msaa2", 3.0, 0.1) },
             Row { configuration: 1, ..row("a", "msaa8", 2.0, 0.2) },
             fast.clone(),
             Row { knob: "quality", value: "fast", ..fast },
         ];
         find_fronts(&mut rows);
         let expected = "scene  metric  front     ms  ratio  spread  error\n\
-                        a      flip    aa none    1   1.00    1.0%    0.3\n\
-                        a      flip    aa msaa8   2   2.00    1.0%    0.2\n";
+                        a      flip    aa none    1   1.00    2.0%    0.3\n\
+                        a      flip    aa msaa8   2   2.00    2.0%    0.2\n";
         assert_eq!(fronts(&rows), expected);
     }
 
@@ -288,6 +327,6 @@ pub mod tests {
         let csv = csv(&[row("a,b", "none", 1.5, 2e-9)]);
         let lines: Vec<_> = csv.lines().collect();
         assert_eq!(lines[0], "scene,knob,value,time_ms,time_ratio,spread,metric,error,pareto");
-        assert_eq!(lines[1], "\"a,b\",aa,none,1.5,1.5,0.01,flip,0.000000002,false");
+        assert_eq!(lines[1], "\"a,b\",aa,none,1.5,1.5,0.02,flip,0.000000002,false");
     }
 }

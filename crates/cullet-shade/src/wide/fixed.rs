@@ -1,9 +1,10 @@
 //! Texels blended in whole numbers of 16 bits, instead of floats.
 //!
 //! A blend of `a` and `b` with weight `f` stays between them, and is exactly `a` where they are
-//! equal. Each rounds once, to a step of 1/32767 or 1/255, so of three blends in a row (rows, columns,
-//! levels) the result is off by at most three steps, and by what rounding the texels (half a step)
-//! and the weights (2^-16, or 2^-8 of the difference) makes.
+//! equal. Each rounds once: down, by up to a whole step of 1/32767, or to the nearest step of 1/255, by up to
+//! half of one. So of three blends in a row (rows, columns, levels) the result is off by at most
+//! three steps or one and a half, and by what cutting the texels (half a step of 1/32767, a whole one of
+//! 1/255) and the weights (2^-16, or 2^-8 of the difference) makes.
 //!
 //! Written lane by lane, over arrays, for the compiler to find the 16-bit instructions.
 
