@@ -5,7 +5,7 @@
 //! other if it takes less time and is no less true by every metric that was measured of both. Fronts, in the
 //! table, are per metric.
 
-use super::doubt::{Error, Outcome, is_faster, is_faster_among, is_truer, widened};
+use super::doubt::{Error, Outcome, is_faster, is_faster_among, is_truer, of_pair, widened};
 use super::findings::{Control, Finding, Kind, Verdict};
 use super::knobs::QUALITY;
 use super::metrics::Metric;
@@ -84,7 +84,7 @@ fn stands(own: &Configuration<'_>, all: &[Configuration<'_>], share: f64) -> (Ou
 
 /// `-5.1% ± 0.8%` of the time, as one of `n`.
 fn saving(row: &Row, own: &Row, n: usize) -> String {
-    let doubt = widened(row.time_doubt.max(own.time_doubt), n);
+    let doubt = widened(of_pair(row, own), n);
     format!(
         "{:+.1}% ± {:.1}% of its time",
         100.0 * (row.time_ms / own.time_ms - 1.0),

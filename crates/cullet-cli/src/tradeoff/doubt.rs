@@ -68,16 +68,33 @@ pub fn of_median(summary: &Summary) -> f64 {
     }
 }
 
-/// How far ratios may be off by what stays the same in all rounds of a run: twice the root mean square of
-/// what the default is off from itself.
+/// How far ratios may be off by what stays the same in all rounds of a run: the 95% interval of what so few
+/// copies of the default are off from it, by Student's distribution ("The Probable Error of a Mean", 1908).
 pub fn of_controls(controls: &[Comparison]) -> f64 {
+    let quantile = match controls.len() {
+        0 => return f64::INFINITY,
+        1 => 12.71,
+        2 => 4.303,
+        3 => 3.182,
+        4 => 2.776,
+        _ => 2.571,
+    };
     let squares = controls.iter().map(|control| (control.ratios.median - 1.0).powi(2));
-    2.0 * (squares.sum::<f64>() / controls.len().max(1) as f64).sqrt()
+    quantile * (squares.sum::<f64>() / controls.len() as f64).sqrt()
 }
 
 /// How far the median ratio of a row may be off: by chance, and by what [`of_controls`] says.
 pub fn of_row(ratio: &Summary, of_controls: f64) -> f64 {
     of_median(ratio).hypot(of_controls)
+}
+
+/// How far the ratio of the times of two rows of one scene may be off. Both are known by their ratios to the
+/// default, so if one is the default, there is nothing to add.
+pub fn of_pair(a: &Row, b: &Row) -> f64 {
+    match a.default || b.default {
+        true => a.time_doubt.max(b.time_doubt),
+        false => a.time_doubt.hypot(b.time_doubt),
+    }
 }
 
 /// Whether `a` takes less than `share` of the time of `b`, both of one scene.
@@ -88,7 +105,7 @@ pub fn is_faster(a: &Row, b: &Row, share: f64) -> Outcome {
 /// [`is_faster`], where `n` rivals are asked about one claim: of fifty intervals of 95% some miss
 /// by chance, so each is made as much wider as keeps all of them together at 95%.
 pub fn is_faster_among(a: &Row, b: &Row, share: f64, n: usize) -> Outcome {
-    let doubt = widened(a.time_doubt.max(b.time_doubt), n);
+    let doubt = widened(of_pair(a, b), n);
     Outcome::below(a.time_ms / b.time_ms, share, doubt)
 }
 
@@ -177,10 +194,21 @@ mod tests {
     fn what_no_number_of_rounds_takes_away_is_in_doubt() {
         let control = |ratio| Comparison::of(&[1.0; 9], &[ratio; 9]).unwrap();
         let off = of_controls(&[control(1.03), control(0.96), control(1.0)]);
-        assert!((off - 2.0 * (0.002_5_f64 / 3.0).sqrt()).abs() < 1e-9);
+        assert!((off - 3.182 * (0.002_5_f64 / 3.0).sqrt()).abs() < 1e-9);
+        assert_eq!(of_controls(&[]), f64::INFINITY);
         let steady = Summary::of(&[1.0; 9]).unwrap();
         assert_eq!(of_row(&steady, off), off);
         assert_eq!(of_row(&Summary::of(&[1.0]).unwrap(), off), f64::INFINITY);
+    }
+
+    #[test]
+    fn doubts_of_two_add_up_unless_one_is_the_default() {
+        let own = |value, time_doubt| Row { time_doubt, ..row("a", value, 1.0, 0.1) };
+        let (default, a, b) = (own("msaa4", 0.02), own("none", 0.03), own("msaa2", 0.04));
+        assert_eq!(of_pair(&a, &default), 0.03);
+        assert!((of_pair(&a, &b) - 0.05).abs() < 1e-12);
+        assert_eq!(is_faster(&Row { time_ms: 0.955, ..a.clone() }, &b, 1.0), Outcome::CannotTell);
+        assert_eq!(is_faster(&Row { time_ms: 0.9, ..a }, &b, 1.0), Outcome::Confirmed);
     }
 
     #[test]

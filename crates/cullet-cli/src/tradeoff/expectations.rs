@@ -2,7 +2,7 @@
 //! [`super::doubt`].
 
 use super::calls;
-use super::doubt::{Error, Outcome, is_faster, is_truer};
+use super::doubt::{Error, Outcome, is_faster, is_truer, of_pair};
 use super::findings::{Finding, Verdict};
 use super::knobs::{DIVISION, POINT_LIGHT, SRGB};
 use super::metrics::Metric;
@@ -75,11 +75,10 @@ impl<'a> Expectations<'a> {
             let outcome = Error::of(multi).below(&Error::of(whole), AS_GOOD);
             Some((outcome, format!("{} against {}", short(multi.error), short(whole.error))))
         });
-        let text = "Beside edges MSAA is no truer than one sample, and SSAA is";
+        let text = "Beside edges MSAA is not a tenth truer than one sample, and SSAA is truer";
         self.expect(text, |own, scene| {
             let flat = |value| own.find(scene, "aa", value, Metric::FlatRmse);
             let (one, multi, whole) = (flat("none")?, flat("msaa4")?, flat("ssaa4")?);
-            // No truer: not by a tenth.
             let no_truer = Error::of(one).below(&Error::of(multi), AS_GOOD);
             let figures = [("none", one), ("msaa4", multi), ("ssaa4", whole)].map(|(name, row)| {
                 format!("{name} {} ({:.1} dB)", short(row.error), -20.0 * row.error.log10())
@@ -121,7 +120,7 @@ impl<'a> Expectations<'a> {
             let row = own.find(scene, "cull", "sat", Metric::FalseVisible)?;
             Some((Outcome::exactly(row.error == 0.0), format!("{} ppm", short(row.error))))
         });
-        self.expect("Occlusion changes no pixel", |own, scene| {
+        self.expect("Occlusion makes no more and no fewer pixels wrong", |own, scene| {
             let of = |value| Some(own.find(scene, "occlusion", value, Metric::IdPpm)?.error);
             let (on, off) = (of("on")?, of("off")?);
             Some((Outcome::exactly(on == off), format!("{} and {} ppm", short(on), short(off))))
@@ -130,7 +129,7 @@ impl<'a> Expectations<'a> {
 
     fn lights(&mut self) {
         self.expect(
-            "Leaving out what lies beyond the end of a light changes no pixel",
+            "Leaving out what lies beyond the end of a light changes no error",
             |own, scene| {
                 let of = |value| {
                     let error = |metric| Some(own.find(scene, POINT_LIGHT, value, metric)?.error);
@@ -179,7 +178,7 @@ fn point(row: &Row) -> String {
 
 /// `0.97 ± 0.01 times the time of ...`.
 fn against(a: &Row, b: &Row, name: &str) -> String {
-    let (ratio, doubt) = (a.time_ms / b.time_ms, a.time_doubt.max(b.time_doubt));
+    let (ratio, doubt) = (a.time_ms / b.time_ms, of_pair(a, b));
     format!("{ratio:.3} ± {:.3} times the time of {name}", ratio * doubt)
 }
 

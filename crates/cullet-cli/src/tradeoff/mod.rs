@@ -28,7 +28,7 @@ use std::time::Duration;
 
 use clap::Args;
 use cullet::scene::Images;
-use cullet::{Prepared, Settings, View, Viewport};
+use cullet::{Camera, Prepared, Settings, View, Viewport};
 use serde::Serialize;
 use serde_json::json;
 
@@ -118,10 +118,32 @@ struct SceneReport {
     measured: SceneMeasured,
 }
 
+/// A scene, and where it is seen from.
+struct Loaded {
+    prepared: Prepared,
+    camera: String,
+    eye: Camera,
+}
+
+impl Loaded {
+    fn new(path: &Path, args: &TradeoffArgs) -> Result<Loaded, Failure> {
+        let (scene, _) = Source::new(path.to_owned(), args.limits).load(0, Images::BaseColors)?;
+        warn(&scene.warnings);
+        let prepared = Prepared::new(scene)?;
+        let camera = args.camera.clone().unwrap_or_else(|| first_camera(&prepared));
+        let (eye, _) = camera::choose(&camera, Some(args.size), &prepared)?;
+        Ok(Loaded { prepared, camera, eye })
+    }
+}
+
 /// Measures and writes.
 pub fn run(args: &TradeoffArgs) -> Result<(), Failure> {
     let budget = Budget::new(Duration::from_secs_f64(args.budget));
     let viewport = Viewport::new(args.size.0, args.size.1)?;
+    let line = Progress::show("loading");
+    // All before anything is measured or made: a name that is wrong says so at once.
+    let loaded: Vec<Loaded> =
+        args.scenes.iter().map(|path| Loaded::new(path, args)).collect::<Result<_, _>>()?;
     let made = !args.out.exists();
     if made {
         let cannot = |error| Failure::output(format!("{}: {error}", args.out.display()));
@@ -134,7 +156,6 @@ pub fn run(args: &TradeoffArgs) -> Result<(), Failure> {
     let mut outputs = Outputs::open(&targets)?;
 
     let machine = Machine::here();
-    let line = Progress::show("measuring");
     let mut scenes: Vec<SceneReport> = Vec::new();
     let mut calls = Calls::new();
     let time_for_calls =
@@ -142,18 +163,12 @@ pub fn run(args: &TradeoffArgs) -> Result<(), Failure> {
     calls.measure(time_for_calls);
     let Studies { done: mut studies, left_out: no_study, .. } =
         Studies::within(Duration::from_secs_f64(args.budget * STUDIES_SHARE)).general()?;
-    for (i, path) in args.scenes.iter().enumerate() {
+    for (i, (path, Loaded { prepared, camera, eye })) in args.scenes.iter().zip(loaded).enumerate()
+    {
         let end = budget.end_of_scene(args.scenes.len() - i);
         let name = scene_name(path, &scenes);
         let n_scenes = args.scenes.len();
         let report = Reporter { scene: name.clone(), budget: &budget, n_scenes, line: &line };
-        report.say("loading");
-        let source = Source::new(path.clone(), args.limits);
-        let (scene, _) = source.load(0, Images::BaseColors)?;
-        warn(&scene.warnings);
-        let prepared = Prepared::new(scene)?;
-        let camera = args.camera.clone().unwrap_or_else(|| first_camera(&prepared));
-        let (eye, _) = camera::choose(&camera, Some(args.size), &prepared)?;
         let view = View::new(&eye, viewport);
         let threads = usize::from(args.threads);
         let lamp = Lamp::find(&prepared, &view);

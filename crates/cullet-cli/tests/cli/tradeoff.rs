@@ -70,7 +70,7 @@ fn the_table_is_as_promised_and_its_fronts_are_fronts() {
     for scene in ["synth:sphere:8", "synth:box-grid:2"] {
         for preset in ["fast", "balanced", "reference"] {
             let is_it = |row: &&Row| row.scene == scene && row.value == preset;
-            assert!(rows.iter().filter(is_it).count() >= 2, "{scene} {preset}");
+            assert!(rows.iter().any(|row| is_it(&row)), "{scene} {preset}");
         }
     }
     for row in &rows {
@@ -222,4 +222,12 @@ fn presets_are_sets_of_options_and_explicit_options_beat_them() {
     folder.fails(2, "--accumulate", "render synth:knots -o x.png --accumulate 0");
     folder.fails(2, "-1 is not in 1..=65536", "render synth:knots -o x.png --accumulate -1");
     folder.fails(2, "pixels, 0 or more", "render synth:knots -o x.png --min-size -1");
+}
+
+#[test]
+fn a_scene_that_is_not_there_is_told_before_anything_is_measured() {
+    let folder = Folder::new();
+    let line = "tradeoff synth:sphere:4 nope.glb --size 8x8 --budget 600 --out report";
+    folder.fails(3, "nope.glb", line); // within the patience of a test
+    assert!(!folder.path("report").exists());
 }
