@@ -110,10 +110,14 @@ impl Axis {
         self.from + (self.to - self.from) * part
     }
 
-    /// 1, 2 and 5 of every decade; of long ranges every so many decades.
+    /// Of short ranges up to ten of every decade, or 1, 2 and 5; of long ranges every so many decades.
     fn ticks(&self) -> Vec<f64> {
         let span = self.high - self.low;
-        let steps: &[f64] = if span > 2.2 { &[1.0] } else { &[1.0, 2.0, 5.0] };
+        let steps: &[f64] = match span {
+            _ if span > 2.2 => &[1.0],
+            _ if span > 0.9 => &[1.0, 2.0, 5.0],
+            _ => &[1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0], // two at least, on the least span
+        };
         let stride = ((span / 6.0).ceil() as i32).max(1);
         let decades = (self.low.floor() as i32..=self.high.ceil() as i32)
             .filter(|decade| decade.rem_euclid(stride) == 0);
@@ -283,5 +287,17 @@ mod tests {
         assert_eq!(line.split(' ').count(), 2);
         assert!(svg.contains("a&lt;b: flip") && svg.ends_with("</svg>\n"));
         assert!(!svg.contains("NaN") && !svg.contains("inf"));
+    }
+
+    #[test]
+    fn every_axis_can_be_read() {
+        for i in 0..200 {
+            for wider in [1.0, 1.3, 2.5, 9.0, 120.0, 1e7] {
+                let least = 10f64.powf(-3.0 + f64::from(i) * 0.03);
+                let axis = Axis::around([least, wider * least].into_iter(), 0.3, 0.0, 300.0);
+                let ticks = axis.ticks();
+                assert!((2..=12).contains(&ticks.len()), "{least} to {}: {ticks:?}", wider * least);
+            }
+        }
     }
 }
