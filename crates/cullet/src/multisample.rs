@@ -95,9 +95,9 @@ impl EdgeScratch {
             if seen == NO_TRIANGLE {
                 continue;
             }
-            // This and all later samples of the triangle.
+            // All samples of the triangle. (Not from this one on: that is a masked move; see tests/tests/release.rs.)
             let mut weight = 0;
-            for id in &mut ids[sample..] {
+            for id in &mut ids {
                 let same = (*id ^ seen) & !CENTRE_COVERED == 0;
                 weight += u32::from(same);
                 *id = if same { NO_TRIANGLE } else { *id };
