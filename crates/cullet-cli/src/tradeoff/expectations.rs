@@ -10,7 +10,7 @@ use super::table::Row;
 use super::words::{distinct, short};
 
 /// As good as: within a tenth.
-const AS_GOOD: f64 = 1.1;
+pub const AS_GOOD: f64 = 1.1;
 
 /// The rows, and what is made of them.
 struct Expectations<'a> {

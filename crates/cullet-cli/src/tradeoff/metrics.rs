@@ -204,7 +204,7 @@ impl<'a> Measuring<'a> {
 }
 
 /// The error of `picture` by a metric of two pictures other than FLIP.
-fn against(truth: &Picture, picture: &Picture, metric: Metric) -> Result<f64, MeasureError> {
+pub fn against(truth: &Picture, picture: &Picture, metric: Metric) -> Result<f64, MeasureError> {
     // A picture without edges has no error along them, one of edges alone none beside them.
     let rmse = |psnr: Option<f64>| psnr.map_or(0.0, |psnr| libm::pow(10.0, -psnr / 20.0));
     Ok(match metric {

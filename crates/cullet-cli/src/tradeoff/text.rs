@@ -3,7 +3,8 @@
 use std::fmt::Write;
 
 use super::Report;
-use super::table;
+use super::table::{self, Row};
+use super::words::distinct;
 
 /// Everything for standard output.
 pub fn all(report: &Report<'_>) -> String {
@@ -14,9 +15,11 @@ pub fn all(report: &Report<'_>) -> String {
         let (rounds, how) = (measured.n_rounds, &measured.reference.how);
         let _ = writeln!(text, "{}: {rounds} rounds; {how}", scene.name);
     }
-    if report.rows.iter().any(|row| row.plain_code) {
-        text += "Not among the fronts, as their times are those of plain code: texture nearest, \
-                 subpixel-bits but 8, depth-format but f32\n";
+    let plain = distinct(report.rows.iter().filter(|row| row.plain_code).map(Row::name));
+    if !plain.is_empty() {
+        let names = plain.join(", ");
+        let _ =
+            writeln!(text, "Not among the fronts, as their times are those of plain code: {names}");
     }
     text += "\n";
     for finding in &report.findings.expectations {

@@ -7,18 +7,15 @@
 use std::time::Duration;
 
 use cullet::{Antialias, Frame, Prepared, Renderer, Settings};
-use cullet_measure::split_psnr;
 
 use super::super::doubt::Error;
+use super::super::expectations::AS_GOOD;
 use super::super::findings::Verdict;
-use super::super::metrics::picture;
+use super::super::metrics::{Metric, against, picture};
 use super::super::reference::{Reference, Room};
 use super::super::words::short;
 use super::{Claim, Study, Subject};
 use crate::exit::Failure;
-
-/// As good as: within a tenth.
-const AS_GOOD: f64 = 1.1;
 
 /// One scene.
 pub fn study(subject: &Subject<'_>) -> Result<Study, Failure> {
@@ -43,10 +40,7 @@ pub fn study(subject: &Subject<'_>) -> Result<Study, Failure> {
         let settings = Settings { threads: 0, ..*way };
         renderer.render(&prepared, subject.view, &settings, &mut frame);
         let drawn = picture(&frame).map_err(Failure::input)?;
-        let error = |truth| {
-            let edge = split_psnr(truth, &drawn).map_err(Failure::input)?.edge;
-            Ok::<_, Failure>(edge.map_or(0.0, |psnr| libm::pow(10.0, -psnr / 20.0)))
-        };
+        let error = |truth| against(truth, &drawn, Metric::EdgeRmse).map_err(Failure::input);
         let [even, odd] = &reference.halves;
         errors.push((*name, Error::new(error(&reference.picture)?, [error(even)?, error(odd)?])));
     }
