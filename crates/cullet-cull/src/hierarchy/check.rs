@@ -105,6 +105,9 @@ impl Tree {
                     if self.parents[group] != here || child.len == 0 || child.first % 8 != 0 {
                         return fault("a leaf in disorder", group);
                     }
+                    if self.packed[group] != self.pack(group) {
+                        return fault("a leaf that is packed otherwise", group);
+                    }
                     for lane in 0..8 {
                         let slot = 8 * group + lane;
                         let id = self.ids[slot];
@@ -207,6 +210,7 @@ impl Tree {
         quality.overlap = if areas > 0.0 { shared / areas } else { 0.0 };
         quality.n_bytes = size_of_val(&*self.nodes)
             + size_of_val(&*self.groups)
+            + size_of_val(&*self.packed)
             + 4 * (self.ids.len() + self.parents.len())
             + size_of_val(&*self.places);
         quality

@@ -16,7 +16,7 @@ use alloc::vec::Vec;
 use super::build::{Item, Split, build_nodes, in_turn};
 use super::tree::{Child, NO_PARENT, Node, Place, Tree};
 use crate::Aabb;
-use crate::wide::{Box32, Group, Space, Stored, around};
+use crate::wide::{Box32, Group, Leaf16, Space, Stored, around};
 
 /// The node and the lane that a link names.
 fn split(link: u32) -> (usize, usize) {
@@ -74,6 +74,7 @@ impl Tree {
                 if !child.is_absent() {
                     let bounds = self.bounds_below(child);
                     self.nodes[index].bounds.set(lane, &bounds);
+                    self.pack_leaf(child);
                 }
             }
         }
@@ -420,6 +421,14 @@ impl Tree {
             self.nodes[node].parent = place;
         } else if let Some(group) = child.group() {
             self.parents[group] = place;
+            self.pack_leaf(child);
+        }
+    }
+
+    /// What a walk asks first follows the boxes and items of `child`, if it is a leaf.
+    fn pack_leaf(&mut self, child: Child) {
+        if let Some(group) = child.group() {
+            self.packed[group] = self.pack(group);
         }
     }
 
@@ -427,8 +436,10 @@ impl Tree {
     fn refresh(&mut self, mut place: u32) {
         while place != NO_PARENT {
             let (node, lane) = split(place);
-            let bounds = self.bounds_below(self.nodes[node].children[lane]);
+            let child = self.nodes[node].children[lane];
+            let bounds = self.bounds_below(child);
             self.nodes[node].bounds.set(lane, &bounds);
+            self.pack_leaf(child);
             place = self.nodes[node].parent;
         }
     }
@@ -454,6 +465,7 @@ impl Tree {
             Some(group) => group as usize,
             None => {
                 self.groups.push(Group::ABSENT);
+                self.packed.push(Leaf16::EMPTY);
                 self.ids.extend([Tree::NO_ITEM; 8]);
                 self.parents.push(NO_PARENT);
                 self.groups.len() - 1

@@ -3,7 +3,7 @@
 use alloc::vec::Vec;
 
 use crate::Aabb;
-use crate::wide::{Box32, Group, Space};
+use crate::wide::{Box32, Group, Leaf16, Space};
 
 /// `parent` of the root.
 pub(super) const NO_PARENT: u32 = u32::MAX;
@@ -147,6 +147,8 @@ pub(super) struct Tree {
     pub nodes: Vec<Node>,
     /// The boxes of the items, leaf by leaf.
     pub groups: Vec<Group>,
+    /// The same in less memory, with the items they belong to.
+    pub packed: Vec<Leaf16>,
     /// The item in each slot: lane `l` of group `g` is slot `8 g + l`.
     pub ids: Vec<u32>,
     /// By group, like [`Node::parent`].
@@ -165,6 +167,12 @@ pub(super) struct Tree {
 impl Tree {
     /// In an empty slot.
     pub const NO_ITEM: u32 = u32::MAX;
+
+    /// What [`Tree::packed`] holds of a group with items.
+    pub fn pack(&self, group: usize) -> Leaf16 {
+        let (ids, _) = self.ids.as_chunks();
+        Leaf16::new(&self.groups[group], &ids[group])
+    }
 
     /// Whether there is any node in use.
     pub fn has_root(&self) -> bool {

@@ -13,15 +13,16 @@
 //! memory is loaded at once, then items are returned. (A tree beyond the caches is a random
 //! walk through memory, and one line at a time is a wait each.)
 //!
-//! What is returned of the leaves of a node is settled for all of them together, one bit per
-//! item: that asks memory for eight leaves at a time, guesses few branches wrongly, and returns
-//! all items with the same mask in one run.
+//! What a batch finds is two lists, leaves to be looked into and runs to be returned, since a list
+//! is gone through with fewer branches guessed wrongly than the bits of node after node. What is
+//! returned of eight leaves is settled for all of them together, one bit per item, and all their
+//! items with the same mask are one run.
 
 use fearless_simd::{Simd, dispatch};
 
 use super::stats::{Counts, MAX_LEVELS, WalkStats};
 use super::tree::{Node, Tree};
-use crate::wide::{Level, Planes8, Row, Verdict};
+use crate::wide::{Grid, Level, Planes8, Row, Verdict, errors};
 use crate::{Frustum, PlaneMask, planes_cutting};
 
 /// Receives runs of items that share a mask.
@@ -38,8 +39,9 @@ pub(super) fn walk(
     let Some(planes) = planes_for(tree, frustum) else {
         return WalkStats { nodes: Counts::of_one(None), ..stats };
     };
+    let errors = errors(&planes, &tree.bounds);
     let (ids, run) = ([0; 64], [0; 64]);
-    let mut walker = Walker { tree, planes, ids, run, stats, levels, visit };
+    let mut walker = Walker { tree, planes, errors, ids, run, stats, levels, visit };
     walker.stats.nodes = Counts::of_one(Some(walker.planes.asked));
     dispatch!(level, simd => walker.run(simd));
     walker.stats
@@ -90,25 +92,52 @@ const CROWDED: usize = 64;
 /// adds seven nodes at most: one leaves before its eight children enter.
 const STACK: usize = CROWDED + 7 * BATCH + 7 * MAX_LEVELS;
 
-/// What is visible of the children of a node, apart from nodes to be entered.
-#[derive(Clone, Copy)]
-struct Found {
+/// A leaf that planes cut.
+#[derive(Clone, Copy, Default)]
+struct CutLeaf {
+    /// The node above it.
     node: u32,
-    /// Children that are wholly inside.
-    inside: u8,
-    /// Leaves that planes cut.
-    cut: u8,
-    verdict: Verdict,
+    group: u32,
+    /// Where it is in the node.
+    lane: u8,
+    /// The planes that cut it, one bit each.
+    planes: u8,
+    /// One bit per item there is.
+    present: u8,
+}
+
+impl CutLeaf {
+    const NOTHING: CutLeaf = CutLeaf { node: 0, group: 0, lane: 0, planes: 0, present: 0 };
+}
+
+/// Of every child of a batch at most one entry in a list.
+const MOST: usize = 8 * BATCH;
+
+/// What a batch of nodes has among its children, apart from nodes to be entered.
+struct Found {
+    leaves: [CutLeaf; MOST],
+    n_leaves: usize,
+    /// The first slot of what is wholly inside, and the one after the last.
+    runs: [(u32, u32); MOST],
+    n_runs: usize,
 }
 
 impl Found {
-    const NOTHING: Found = Found { node: 0, inside: 0, cut: 0, verdict: Verdict::NOTHING };
+    fn leaves(&self) -> &[CutLeaf] {
+        &self.leaves[..self.n_leaves.min(MOST)]
+    }
+
+    fn runs(&self) -> &[(u32, u32)] {
+        &self.runs[..self.n_runs.min(MOST)]
+    }
 }
 
 struct Walker<'a> {
     tree: &'a Tree,
     planes: Planes8,
-    /// The items of the leaves of a node, eight each.
+    /// What each plane leaves in doubt of packed leaves.
+    errors: [f32; 6],
+    /// The items of eight leaves, eight each.
     ids: [u32; 64],
     /// Those of them that share a mask.
     run: [u32; 64],
@@ -125,45 +154,39 @@ impl Walker<'_> {
         stack[0].cutting = u16::from(self.planes.asked.bits());
         let mut n_pending = 1;
         let mut batch = [Pending::default(); BATCH];
-        let mut found = [Found::NOTHING; BATCH];
+        let (leaves, runs) = ([CutLeaf::NOTHING; MOST], [(0, 0); MOST]);
+        let mut found = Found { leaves, n_leaves: 0, runs, n_runs: 0 };
         while n_pending > 0 {
             let n = if n_pending > CROWDED { 1 } else { n_pending.min(BATCH) };
             n_pending -= n;
-            batch[..n].copy_from_slice(&stack[n_pending..n_pending + n]);
-            for (pending, found) in batch[..n].iter().zip(&mut found) {
-                let enter;
-                (*found, enter) = self.look(simd, pending);
-                let node = &self.tree.nodes[pending.node as usize];
-                let masks = found.verdict.masks();
-                let mut left = enter;
-                while left != 0 {
-                    let lane = 7 - left.leading_zeros() as usize;
-                    left ^= 1 << lane;
-                    stack[n_pending] = Pending {
-                        node: node.children[lane].node().unwrap_or(0) as u32,
-                        level: pending.level + 1,
-                        cutting: u16::from(masks[lane]),
-                    };
-                    n_pending += 1;
-                }
+            // All of it, whatever is above the top of the stack: a copy of fixed length is no call.
+            batch.copy_from_slice(&stack[n_pending..n_pending + BATCH]);
+            (found.n_leaves, found.n_runs) = (0, 0);
+            for pending in &batch[..n] {
+                self.look(simd, pending, &mut found, &mut stack, &mut n_pending);
             }
-            self.fetch(&found[..n], &stack[n_pending.saturating_sub(BATCH)..n_pending]);
-            for found in &found[..n] {
-                let node = &self.tree.nodes[found.node as usize];
-                self.take(node, found.inside);
-                if found.cut != 0 {
-                    self.sift(simd, node, found.cut, found.verdict);
-                }
+            self.fetch(&found, &stack[n_pending.saturating_sub(BATCH)..n_pending]);
+            self.take(found.runs());
+            for leaves in found.leaves().chunks(8) {
+                self.sift(simd, leaves);
             }
         }
     }
 
-    /// What is to be returned of a node's children, and which of them are to be entered.
+    /// Tests the children of a node, and puts each that may be visible where it belongs.
     #[inline(always)]
-    fn look<S: Simd>(&mut self, simd: S, pending: &Pending) -> (Found, u8) {
+    fn look<S: Simd>(
+        &mut self,
+        simd: S,
+        pending: &Pending,
+        found: &mut Found,
+        stack: &mut [Pending; STACK],
+        n_pending: &mut usize,
+    ) {
         let node = &self.tree.nodes[pending.node as usize];
         let asked = PlaneMask::from_bits(pending.cutting as u8);
         let verdict = self.ask(simd, node, pending.level, asked);
+        let masks = verdict.masks();
         let mut inside = verdict.inside();
         let crossed = verdict.visible & !inside;
         let mut enter = crossed & !node.leaves;
@@ -172,7 +195,39 @@ impl Walker<'_> {
             enter |= scattered;
             inside &= !scattered;
         }
-        (Found { node: pending.node, inside, cut: crossed & node.leaves, verdict }, enter)
+        while enter != 0 {
+            let lane = 7 - enter.leading_zeros() as usize;
+            enter ^= 1 << lane;
+            stack[*n_pending] = Pending {
+                node: node.children[lane].node().unwrap_or(0) as u32,
+                level: pending.level + 1,
+                cutting: u16::from(masks[lane]),
+            };
+            *n_pending += 1;
+        }
+        let (mut n_leaves, mut n_runs) = (found.n_leaves, found.n_runs);
+        let mut cut = crossed & node.leaves;
+        while cut != 0 {
+            let lane = cut.trailing_zeros() as usize & 7;
+            cut &= cut - 1;
+            let leaf = node.children[lane];
+            found.leaves[n_leaves % MOST] = CutLeaf {
+                node: pending.node,
+                group: leaf.first / 8,
+                lane: lane as u8,
+                planes: masks[lane],
+                present: 0xff >> (8 - leaf.len.clamp(1, 8)),
+            };
+            n_leaves += 1;
+        }
+        while inside != 0 {
+            let lane = inside.trailing_zeros() as usize & 7;
+            inside &= inside - 1;
+            let child = node.children[lane];
+            found.runs[n_runs % MOST] = (child.first, child.first + child.len);
+            n_runs += 1;
+        }
+        (found.n_leaves, found.n_runs) = (n_leaves, n_runs);
     }
 
     /// Loads a word of every line of memory that is wanted soon: leaves and items of what was
@@ -183,7 +238,7 @@ impl Walker<'_> {
     /// where it is warm. The idea is the group prefetching of Chen, Ailamaki, Gibbons and Mowry,
     /// "Improving Hash Join Performance through Prefetching", 2004.
     #[inline(always)]
-    fn fetch(&self, found: &[Found], to_come: &[Pending]) {
+    fn fetch(&self, found: &Found, to_come: &[Pending]) {
         const EVERY_LINE: [Row; 3] = [Row::MinX, Row::MinZ, Row::MaxY];
         let mut sum = 0;
         for pending in to_come {
@@ -191,30 +246,17 @@ impl Walker<'_> {
             EVERY_LINE.iter().for_each(|row| sum ^= node.bounds.row(*row)[0].to_bits());
             sum ^= node.children[0].first ^ node.children[6].first;
         }
-        for found in found {
-            let node = &self.tree.nodes[found.node as usize];
-            let mut left = found.cut;
-            while left != 0 {
-                let lane = left.trailing_zeros() as usize & 7;
-                left &= left - 1;
-                let first = node.children[lane].first as usize;
-                let group = &self.tree.groups[first / 8];
-                EVERY_LINE.iter().for_each(|row| sum ^= group.row(*row)[0].to_bits());
-                sum ^= self.tree.ids[first];
-            }
-            let mut left = found.inside;
-            while left != 0 {
-                let lane = left.trailing_zeros() as usize & 7;
-                left &= left - 1;
-                // Of a long run the rest is fetched by itself.
-                let slots = node.children[lane].slots();
-                sum ^= self.tree.ids[slots.start] ^ self.tree.ids[slots.start.midpoint(slots.end)];
-            }
+        for leaf in found.leaves() {
+            sum ^= self.tree.packed[leaf.group as usize].touch();
+        }
+        for (start, end) in found.runs() {
+            // Of a long run the rest is fetched by itself.
+            sum ^= self.tree.ids[*start as usize] ^ self.tree.ids[start.midpoint(*end) as usize];
         }
         core::hint::black_box(sum);
     }
 
-    /// Tests the children of a node.
+    /// What the planes say of the children of a node.
     #[inline(always)]
     fn ask<S: Simd>(&mut self, simd: S, node: &Node, level: u16, asked: PlaneMask) -> Verdict {
         if asked.is_empty() {
@@ -230,25 +272,23 @@ impl Walker<'_> {
         verdict
     }
 
-    /// Returns everything below the children in `lanes`, neighbours together.
+    /// Returns what is wholly inside, neighbours together.
     #[inline(always)]
-    fn take(&mut self, node: &Node, mut lanes: u8) {
-        let mut run = 0..0;
-        while lanes != 0 {
-            let lane = lanes.trailing_zeros() as usize;
-            lanes &= lanes - 1;
-            let slots = node.children[lane & 7].slots();
-            if slots.start != run.end {
-                self.deliver(run);
-                run = slots.start..slots.start;
+    fn take(&mut self, runs: &[(u32, u32)]) {
+        let (mut start, mut end) = (0, 0);
+        for (next, end_of_next) in runs {
+            if *next != end {
+                self.deliver(start, end);
+                start = *next;
             }
-            run.end = slots.end;
+            end = *end_of_next;
         }
-        self.deliver(run);
+        self.deliver(start, end);
     }
 
     #[inline(always)]
-    fn deliver(&mut self, slots: core::ops::Range<usize>) {
+    fn deliver(&mut self, start: u32, end: u32) {
+        let slots = start as usize..end as usize;
         if !slots.is_empty() {
             self.stats.n_untested += slots.len() as u64;
             self.stats.n_visible += slots.len() as u64;
@@ -256,35 +296,38 @@ impl Walker<'_> {
         }
     }
 
-    /// Tests the items in those of a node's `leaves` that planes cut, not none, as `verdict` says.
+    /// Tests the items in `leaves`, eight at most.
     #[inline(always)]
-    fn sift<S: Simd>(&mut self, simd: S, node: &Node, leaves: u8, verdict: Verdict) {
-        // Bit 8 l + i: item i of the leaf in lane l.
+    fn sift<S: Simd>(&mut self, simd: S, leaves: &[CutLeaf]) {
+        // Bit 8 l + i: item i of leaf l.
         let (mut present, mut visible, mut cut_by) = (0_u64, 0_u64, [0_u64; 6]);
-        let mut left = leaves;
-        while left != 0 {
-            let lane = left.trailing_zeros() as usize & 7;
-            left &= left - 1;
-            let leaf = node.children[lane];
-            present |= (0xff >> (8 - leaf.len.clamp(1, 8))) << (8 * lane);
-            visible |= 0xff << (8 * lane);
-            let first = leaf.first as usize;
-            self.ids[8 * lane..8 * lane + 8].copy_from_slice(&self.tree.ids[first..first + 8]);
-        }
-        for (plane, cut_by) in cut_by.iter_mut().enumerate() {
-            let mut left = verdict.cut_by(plane) & leaves;
+        for (l, leaf) in leaves.iter().enumerate() {
+            let first = (8 * l) & 63;
+            let packed = &self.tree.packed[leaf.group as usize];
+            let node = &self.tree.nodes[leaf.node as usize];
+            let grid = Grid::in_lane(&node.bounds, usize::from(leaf.lane & 7));
+            let ends = packed.ends(simd);
+            self.ids[first..first + 8].copy_from_slice(&packed.ids);
+            let mut seen = leaf.present;
+            let mut left = leaf.planes;
             while left != 0 {
-                let lane = left.trailing_zeros() as usize & 7;
+                let index = (left.trailing_zeros() as usize).min(5);
                 left &= left - 1;
-                let group = &self.tree.groups[node.children[lane].first as usize / 8];
-                let (reached, inside) = self.planes.ask(simd, plane, group);
-                visible &= !(u64::from(!reached) << (8 * lane));
-                *cut_by |= u64::from(!inside) << (8 * lane);
+                let said = grid.ask(simd, &self.planes.planes[index], self.errors[index], &ends);
+                let (mut reached, mut inside) = (said.reached, said.inside);
+                if said.in_doubt {
+                    let group = &self.tree.groups[leaf.group as usize];
+                    (reached, inside) = self.planes.ask(simd, index, group);
+                }
+                seen &= reached;
+                cut_by[index] |= u64::from(!inside) << first;
             }
+            present |= u64::from(leaf.present) << first;
+            visible |= u64::from(seen) << first;
         }
         let all_cut = cut_by.iter().fold(0, |all, cut_by| all | cut_by);
         let count = |bits: u64| u64::from(bits.count_ones());
-        self.stats.n_groups += u64::from(leaves.count_ones());
+        self.stats.n_groups += leaves.len() as u64;
         self.stats.n_visible += count(visible);
         self.stats.items += Counts {
             tested: count(present),

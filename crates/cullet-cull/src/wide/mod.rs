@@ -48,6 +48,7 @@
 mod boxes8;
 mod coarse8;
 mod group;
+mod leaf16;
 mod level;
 mod planes8;
 pub mod reference;
@@ -61,5 +62,6 @@ pub use level::levels;
 
 pub(crate) use boxes8::around;
 pub(crate) use group::{Box32, Group, Row};
+pub(crate) use leaf16::{Grid, Leaf16, errors};
 pub(crate) use planes8::{Planes8, Verdict};
 pub(crate) use space::{Space, Stored};

@@ -38,7 +38,7 @@ pub(crate) struct Plane32 {
 
 impl Plane32 {
     /// Decides nothing.
-    const UNKNOWN: Plane32 = Plane32 {
+    pub const UNKNOWN: Plane32 = Plane32 {
         normal: [0.0; 3],
         far: Row::MAX,
         near: Row::MIN,
@@ -51,7 +51,8 @@ impl Plane32 {
     /// The points at `normal · p + offset >= 0`, as if nothing were ever rounded.
     #[cfg(test)]
     pub fn through(normal: [f32; 3], offset: f32) -> Plane32 {
-        Plane32 { normal, outer: offset, inner: offset, ..Plane32::UNKNOWN }
+        let (far, near) = corners(normal);
+        Plane32 { normal, far, near, outer: offset, inner: offset }
     }
 
     /// Plane `index`, for boxes within `bounds`, unless it excludes all of them.
@@ -92,12 +93,7 @@ impl Plane32 {
         }
         let normal = normal.to_array().map(|n| n as f32);
         let (greatest, least) = (rebased + doubt, rebased - doubt);
-        let (mut far, mut near) = (Row::MAX, Row::MIN);
-        for axis in 0..3 {
-            if normal[axis] < 0.0 {
-                (far[axis], near[axis]) = (near[axis], far[axis]);
-            }
-        }
+        let (far, near) = corners(normal);
         Plane32 {
             normal,
             far,
@@ -106,6 +102,18 @@ impl Plane32 {
             inner: (least - 8.0 * U * least.abs() - UNDERFLOW) as f32,
         }
     }
+}
+
+/// The bounds that make the corners farthest along `normal` and nearest.
+#[inline(always)]
+pub fn corners(normal: [f32; 3]) -> ([Row; 3], [Row; 3]) {
+    let (mut far, mut near) = (Row::MAX, Row::MIN);
+    for axis in 0..3 {
+        if normal[axis] < 0.0 {
+            (far[axis], near[axis]) = (near[axis], far[axis]);
+        }
+    }
+    (far, near)
 }
 
 /// The normal with 0 for coefficients next to it, and how far that, and slack above u of a
@@ -141,9 +149,6 @@ pub(crate) struct Verdict {
 }
 
 impl Verdict {
-    /// No box is visible.
-    pub const NOTHING: Verdict = Verdict { visible: 0, cutting: 0 };
-
     /// By box, one bit per plane that may cut it; meaningful for visible boxes.
     #[inline(always)]
     pub fn masks(self) -> [u8; 8] {
@@ -154,12 +159,6 @@ impl Verdict {
     #[inline(always)]
     pub fn inside_all(present: u8) -> Verdict {
         Verdict { visible: present, cutting: 0 }
-    }
-
-    /// One bit per box that plane `index` may cut, meaningful for visible boxes.
-    #[inline(always)]
-    pub fn cut_by(self, index: usize) -> u8 {
-        (self.cutting >> (8 * index)) as u8
     }
 
     /// One bit per visible box that no plane cuts.
