@@ -88,6 +88,11 @@ impl Bins {
         &self.numbers[self.starts[tile] as usize..self.starts[tile + 1] as usize]
     }
 
+    /// How many numbers there are in the tiles from the first to before the second.
+    pub fn count(&self, tiles: std::ops::Range<usize>) -> usize {
+        (self.starts[tiles.end] - self.starts[tiles.start]) as usize
+    }
+
     /// Memory held.
     pub fn bytes(&self) -> usize {
         4 * (self.starts.capacity() + self.numbers.capacity())

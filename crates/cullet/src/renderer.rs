@@ -1,5 +1,6 @@
 //! One frame: cull, sort and deal out clusters, then tile after tile: cover, shade.
 
+use std::cmp::Reverse;
 use std::time::{Duration, Instant};
 
 use cullet_raster::Samples;
@@ -169,9 +170,21 @@ impl Renderer {
             per_side,
         };
         let first_rows = (side - region.y % side) / per_side;
-        for_each_with(scratches, frame.bands(first_rows, side / per_side), |scratch, band| {
-            row_of_tiles(&drawer, region, scratch, band);
-        });
+        let bands = frame.bands(first_rows, side / per_side);
+        let draw = |scratch: &mut TileScratch, (row, band): (usize, Band<'_>)| {
+            row_of_tiles(&drawer, region, scratch, row as u32, band);
+        };
+        if threads == 1 {
+            for_each_with(scratches, bands.enumerate(), draw);
+        } else {
+            // The most to draw first, lest one thread begins it when the others are done.
+            let mut bands: Vec<_> = bands.enumerate().collect();
+            let columns = grid.size[0] as usize;
+            bands.sort_by_key(|(row, _)| {
+                Reverse(self.bins.count(row * columns..(row + 1) * columns))
+            });
+            for_each_with(scratches, bands.into_iter(), draw);
+        }
         self.clusters.count(prepared);
         stats.clusters = self.clusters.counters;
         stats.n_triangles_of_culled_clusters = self.clusters.n_triangles_culled;
@@ -209,13 +222,13 @@ fn row_of_tiles(
     drawer: &TileDrawer<'_>,
     region: Region,
     scratch: &mut TileScratch,
+    row: u32,
     mut band: Band<'_>,
 ) {
     let Grid { side, first, size } = drawer.grid;
     let TileScratch { raster, shade, fine, done } = scratch;
     let n = drawer.per_side;
     let y = region.y + n * band.first_row as u32;
-    let row = y / side - first[1];
     let mut shader = TileShader::new(drawer.scene, shade);
     for column in 0..size[0] {
         let left = (first[0] + column) * side;

@@ -216,7 +216,7 @@ impl Walker<'_> {
                 group: leaf.first / 8,
                 lane: lane as u8,
                 planes: masks[lane],
-                present: 0xff >> (8 - leaf.len.clamp(1, 8)),
+                present: !(u32::MAX << (leaf.len & 31)) as u8,
             };
             n_leaves += 1;
         }
