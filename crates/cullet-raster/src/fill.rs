@@ -12,9 +12,9 @@ use fearless_simd::{Simd, f32x8, f64x4, i32x8, prelude::*, u32x8};
 
 use crate::cover::{DepthPlane, Edges};
 use crate::depth::{DepthFormat, reversed_key};
-use crate::samples::{Offset, Samples};
+use crate::samples::Offset;
 use crate::setup::ScreenTriangle;
-use crate::tile::{BLOCK, CENTRE_COVERED, TileBuffer, TileRect};
+use crate::tile::{BLOCK, TileBuffer, TileRect};
 
 /// A triangle within one tile.
 #[derive(Clone, Copy, Debug)]
@@ -364,9 +364,8 @@ impl<S: Simd, const N: usize> Column<S, N> {
     ) -> [usize; 2] {
         let mut reach = self.shifts[0];
         for sample in 1..N {
-            for edge in 0..3 {
-                reach[edge] = reach[edge].max(self.shifts[sample][edge]);
-            }
+            let [a, b, c] = self.shifts[sample];
+            reach = [reach[0].max(a), reach[1].max(b), reach[2].max(c)];
         }
         let down = triangle.down;
         let [a, b, c] = self.values_at(triangle, first);
@@ -427,23 +426,12 @@ impl<S: Simd, const N: usize> Column<S, N> {
         if !(outside | ahead).simd_ge(0).any_true() {
             return;
         }
-        let old_id = u32x8::simd_from(simd, *ids);
-        let known: i32x8<S> = (old_id & !CENTRE_COVERED).bitcast();
-        let is_higher = i32x8::splat(simd, triangle.id as i32 + 1).simd_gt(known);
+        let (id, old_id) = (u32x8::splat(simd, triangle.id), u32x8::simd_from(simd, *ids));
         // A mask's own bits are -1 and 0.
         let (none, minus_one) = (i32x8::splat(simd, 0), i32x8::splat(simd, -1));
         // Where keys are equal, the higher id is behind by one.
-        let mut wins = (outside | (ahead + is_higher.select(minus_one, none))).simd_ge(0);
-        let mut id = u32x8::splat(simd, triangle.id);
-        if N > 1 {
-            let mut beside = none;
-            if PARTLY {
-                let ([a, b, c], shift) = (pixels.values, self.shifts[sample]);
-                beside = (a - shift[0]) | (b - shift[1]) | (c - shift[2]);
-            }
-            let beside: u32x8<S> = beside.bitcast();
-            id |= !beside & CENTRE_COVERED;
-        }
+        let behind = id.simd_ge(old_id).select(minus_one, none);
+        let mut wins = (outside | (ahead + behind)).simd_ge(0);
         if KEEPS && let Some(keep) = keep {
             let [x, y] = self.offsets[sample];
             let place = [16 * place[0] + 8 + x, 16 * place[1] + 8 + y];
@@ -470,8 +458,7 @@ impl<S: Simd, const N: usize> Column<S, N> {
         let start = rows[0] * stride + self.x;
         let keys = &mut tile.keys[tile.starts[0] + start..];
         let ids = &mut tile.ids[tile.starts[1] + start..];
-        let flag = if N == 1 { 0 } else { CENTRE_COVERED };
-        let id = u32x8::splat(simd, triangle.id | flag);
+        let id = u32x8::splat(simd, triangle.id);
         let mut row_y = f64::from(top + rows[0] as i32);
         for row in 0..rows[1] - rows[0] {
             for sample in 0..N {
@@ -541,7 +528,6 @@ pub(crate) fn fill_plain<D: DepthFormat, const BITS: u32>(
     tile.touch(rect, i32::MAX);
     let (stride, plane) = (tile.stride(), tile.plane());
     let [left, top] = tile.origin().map(i64::from);
-    let several = tile.samples() != Samples::One;
     let mut written = 0;
     let centre = Edges::new::<BITS>(triangle, [0, 0]);
     let depth = DepthPlane::new::<BITS>(triangle, &centre);
@@ -555,26 +541,17 @@ pub(crate) fn fill_plain<D: DepthFormat, const BITS: u32>(
             let columns = rect.x.map(|column| left + column as i64);
             let (first, last) = edges.row::<BITS>(y).covered(columns[0], columns[1]);
             let in_row = depth.row(y as f64 + y_shift);
-            let (centre_first, centre_last) = centre.row::<BITS>(y).covered(columns[0], columns[1]);
             for x in first..last {
                 let at = sample * plane + row * stride + (x - left) as usize;
                 let (key_at, id_at) = (tile.starts[0] + at, tile.starts[1] + at);
                 let key = D::key(D::encode(depth.at(in_row, x as f64 + x_shift)));
                 let old = (tile.keys[key_at], tile.ids[id_at]);
-                let lower = match several {
-                    true => triangle.id < old.1 & !CENTRE_COVERED,
-                    false => triangle.id < old.1,
-                };
-                let wins = key > old.0 || (key == old.0 && lower);
-                let flag = match several && (centre_first..centre_last).contains(&x) {
-                    true => CENTRE_COVERED,
-                    false => 0,
-                };
+                let wins = key > old.0 || (key == old.0 && triangle.id < old.1);
                 let place = [16 * x as i32 + 8 + offset[0], 16 * y as i32 + 8 + offset[1]];
                 if wins
                     && keep.as_deref_mut().is_none_or(|keep| keep(triangle.id, place, 1) & 1 == 1)
                 {
-                    (tile.keys[key_at], tile.ids[id_at]) = (key, triangle.id | flag);
+                    (tile.keys[key_at], tile.ids[id_at]) = (key, triangle.id);
                     written += 1;
                 }
             }

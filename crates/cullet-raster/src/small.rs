@@ -4,11 +4,11 @@
 //! Only samples that are covered are then tried one by one. Edges, depth and ties are those of
 //! [`crate::fill`], operation by operation.
 
-use fearless_simd::{Simd, SimdCvtFloat, f32x8, f64x4, i32x8, mask32x8, prelude::*, u32x8};
+use fearless_simd::{Simd, SimdCvtFloat, f32x8, f64x4, i32x8, mask32x8, prelude::*};
 
 use crate::fill::clamp;
 use crate::samples::Offset;
-use crate::tile::{CENTRE_COVERED, TileBuffer, TileRect};
+use crate::tile::{TileBuffer, TileRect};
 
 /// Boxes of at most this many pixels along each axis are drawn here.
 pub(crate) const SMALL: i32 = 6;
@@ -79,7 +79,6 @@ impl<S: Simd> Small<'_, S> {
         }
         let planes = self.planes(simd);
         let [lowest, highest] = self.limits(simd);
-        let own_id = u32x8::simd_from(simd, *self.id);
         let [keys_start, ids_start] = tile.starts;
         // As many of both, so that one comparison serves for both.
         let n = N * plane;
@@ -92,11 +91,6 @@ impl<S: Simd> Small<'_, S> {
             let mut value = in_row;
             for column in 0..columns {
                 let in_box = in_rows & width.simd_gt(column);
-                let mut seen = *self.id;
-                if N > 1 {
-                    let centre = (value[0] | value[1] | value[2]).simd_ge(0);
-                    seen = centre.select(own_id | CENTRE_COVERED, own_id).into();
-                }
                 for sample in 0..N {
                     let [a, b, c] = &shifts[sample];
                     let signs = match N {
@@ -125,9 +119,8 @@ impl<S: Simd> Small<'_, S> {
                         if key[lane] < old_key {
                             continue;
                         }
-                        let known = if N == 1 { ids[at] } else { ids[at] & !CENTRE_COVERED };
-                        if key[lane] > old_key || self.id[lane] < known {
-                            (keys[at], ids[at]) = (key[lane], seen[lane]);
+                        if key[lane] > old_key || self.id[lane] < ids[at] {
+                            (keys[at], ids[at]) = (key[lane], self.id[lane]);
                             won |= 1 << lane;
                         }
                     }
