@@ -424,7 +424,6 @@ mod tests {
     use crate::precision::{DepthKind, Precision, SubpixelBits, Transforms};
     use crate::setup::{Facing, SetupCounters, Vertex};
     use crate::testing::levels;
-    use crate::tile::CENTRE_COVERED;
 
     /// Pseudo-random numbers in `0..1`.
     struct Random(u64);
@@ -518,7 +517,6 @@ mod tests {
             };
             counters += crate::set_up(&placer, &input, &mut out);
         }
-        let flag_bit = if samples == Samples::One { 0 } else { CENTRE_COVERED };
         let nothing = vec![(0, crate::NO_TRIANGLE); (SIZE * SIZE) as usize];
         let planes = samples.offsets().iter().map(|offset| {
             let mut plane = nothing.clone();
@@ -543,15 +541,8 @@ mod tests {
                     let at = depth.at(row, x as f64 + f64::from(offset[0]) / 16.0);
                     let key = case.object.precision.depth.key(at);
                     let old = &mut plane[(y * i64::from(SIZE) + x) as usize];
-                    let flag = match samples != Samples::One
-                        && crate::reference::covers::<BITS>(triangle.corners, x, y)
-                    {
-                        true => CENTRE_COVERED,
-                        false => 0,
-                    };
-                    let known = if old.1 == crate::NO_TRIANGLE { old.1 } else { old.1 & !flag_bit };
-                    if key > old.0 || (key == old.0 && triangle.id < known) {
-                        *old = (key, triangle.id | flag);
+                    if key > old.0 || (key == old.0 && triangle.id < old.1) {
+                        *old = (key, triangle.id);
                     }
                 }
             }

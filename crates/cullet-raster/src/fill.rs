@@ -8,13 +8,13 @@
 //! Sources: Pineda 1988, "A Parallel Algorithm for Polygon Rasterization"; Abrash 2009,
 //! "Rasterization on Larrabee"; Greene, Kass & Miller 1993 for the depths of blocks.
 
-use fearless_simd::{Simd, f64x4, i32x8, mask32x8, prelude::*, u32x8};
+use fearless_simd::{Simd, f32x8, f64x4, i32x8, prelude::*, u32x8};
 
 use crate::cover::{DepthPlane, Edges};
 use crate::depth::{DepthFormat, reversed_key};
-use crate::samples::{Offset, Samples};
+use crate::samples::Offset;
 use crate::setup::ScreenTriangle;
-use crate::tile::{BLOCK, CENTRE_COVERED, TileBuffer, TileRect};
+use crate::tile::{BLOCK, TileBuffer, TileRect};
 
 /// A triangle within one tile.
 #[derive(Clone, Copy, Debug)]
@@ -294,48 +294,47 @@ impl<S: Simd, const N: usize> Column<S, N> {
         rows: [usize; 2],
         mut keep: Option<&mut KeepSample<'_>>,
     ) -> u32 {
-        let TileTriangle { down, .. } = triangle;
-        let skipped = (rows[0] - self.first_row) as i32;
+        let rows = if PARTLY && N > 1 { self.rows_met(simd, triangle, rows) } else { rows };
         let mut values = self.values;
         if PARTLY {
-            values = [
-                self.values[0] + down[0] * skipped,
-                self.values[1] + down[1] * skipped,
-                self.values[2] + down[2] * skipped,
-            ];
+            values = self.values_at(triangle, rows[0]);
         }
         let (stride, plane, [left, top]) = (tile.stride(), tile.plane(), tile.origin());
         assert!(stride >= 8);
         let mut written = i32x8::splat(simd, 0);
         for sample in 0..N {
             let start = sample * plane + rows[0] * stride + self.x;
-            let mut keys = &mut tile.keys[tile.starts[0] + start..];
-            let mut ids = &mut tile.ids[tile.starts[1] + start..];
+            // As many of both, row after row, so that one comparison ends the loop and serves for all.
+            let n = (rows[1] - rows[0]) * stride;
+            let mut keys = &mut tile.keys[tile.starts[0] + start..][..n];
+            let mut ids = &mut tile.ids[tile.starts[1] + start..][..n];
             let [a, b, c] = self.shifts[sample];
+            let [_, offset_y] = self.offsets[sample];
+            let y = f64::from(top + rows[0] as i32) + f64::from(offset_y) * (1.0 / 16.0);
             let mut pixels = Pixels {
                 values: match N {
                     1 => values,
                     _ => [values[0] + a, values[1] + b, values[2] + c],
                 },
-                left: left + self.x as i32,
-                // Counted in f64 beside the row: a conversion takes longer.
-                y: f64::from(top + rows[0] as i32),
+                way_y: y - triangle.depth.origin[1],
                 written,
             };
-            for _ in rows[0]..rows[1] {
+            let mut place = [left + self.x as i32, top + rows[0] as i32];
+            while keys.len() >= stride {
                 let (row_keys, other_keys) = keys.split_at_mut(stride);
                 let (row_ids, other_ids) = ids.split_at_mut(stride);
-                let keep = keep.as_deref_mut();
                 self.sample::<PARTLY, KEEPS>(
                     simd,
                     triangle,
                     &mut pixels,
                     sample,
-                    row_keys,
-                    row_ids,
-                    keep,
+                    eight(row_keys),
+                    eight(row_ids),
+                    place,
+                    keep.as_deref_mut(),
                 );
                 pixels.step::<PARTLY>(triangle);
+                place[1] += 1;
                 (keys, ids) = (other_keys, other_ids);
             }
             written = pixels.written;
@@ -343,8 +342,52 @@ impl<S: Simd, const N: usize> Column<S, N> {
         written.reduce_sum() as u32
     }
 
-    /// One sample of eight pixels: those that the triangle wins become its own. `keys` and `ids` begin with
-    /// the pixels'.
+    /// Edge values at the centres of a row of pixels.
+    #[inline(always)]
+    fn values_at(&self, TileTriangle { down, .. }: &TileTriangle, row: usize) -> [i32x8<S>; 3] {
+        let way = row as i32 - self.first_row as i32;
+        [
+            self.values[0] + down[0] * way,
+            self.values[1] + down[1] * way,
+            self.values[2] + down[2] * way,
+        ]
+    }
+
+    /// Some rows without those at both ends in which no sample can be covered: each edge is where it lies
+    /// for the sample that is farthest inside, so that one look serves for all samples.
+    #[inline(always)]
+    fn rows_met(
+        &self,
+        simd: S,
+        triangle: &TileTriangle,
+        [mut first, mut end]: [usize; 2],
+    ) -> [usize; 2] {
+        let mut reach = self.shifts[0];
+        for sample in 1..N {
+            let [a, b, c] = self.shifts[sample];
+            reach = [reach[0].max(a), reach[1].max(b), reach[2].max(c)];
+        }
+        let down = triangle.down;
+        let [a, b, c] = self.values_at(triangle, first);
+        let mut values = [a + reach[0], b + reach[1], c + reach[2]];
+        while first < end && !any_inside(simd, values) {
+            values = [values[0] + down[0], values[1] + down[1], values[2] + down[2]];
+            first += 1;
+        }
+        let [a, b, c] = self.values_at(triangle, end - 1);
+        let mut values = [a + reach[0], b + reach[1], c + reach[2]];
+        while first < end && !any_inside(simd, values) {
+            values = [values[0] - down[0], values[1] - down[1], values[2] - down[2]];
+            end -= 1;
+        }
+        [first, end]
+    }
+
+    /// One sample of eight pixels: those that the triangle wins become its own. `keys` and `ids` are the
+    /// pixels', the first of which is at `place` in the picture.
+    ///
+    /// What is decided stays a sign as long as it can: masks that live on behind a branch are packed and
+    /// unpacked.
     #[inline(always)]
     #[expect(clippy::too_many_arguments, reason = "one loop's body")]
     fn sample<const PARTLY: bool, const KEEPS: bool>(
@@ -353,62 +396,52 @@ impl<S: Simd, const N: usize> Column<S, N> {
         triangle: &TileTriangle,
         pixels: &mut Pixels<S>,
         sample: usize,
-        keys: &mut [i32],
-        ids: &mut [u32],
+        keys: &mut [i32; 8],
+        ids: &mut [u32; 8],
+        place: [i32; 2],
         keep: Option<&mut KeepSample<'_>>,
     ) {
         let depth = &triangle.depth;
-        let mut covered = mask32x8::splat(simd, true);
+        let mut outside = i32x8::splat(simd, 0);
         if PARTLY {
             let [a, b, c] = pixels.values;
-            covered = (a | b | c).simd_ge(0);
-            if !covered.any_true() {
+            outside = a | b | c;
+            if !outside.simd_ge(0).any_true() {
                 return;
             }
         }
-        let y = pixels.y + f64::from(self.offsets[sample][1]) * (1.0 / 16.0);
-        let in_row = depth.depth + depth.ddy * (y - depth.origin[1]);
+        let in_row = depth.depth + depth.ddy * pixels.way_y;
         let [near, far] = self.depths[sample];
-        let (mut near, mut far) = (near + in_row, far + in_row);
+        let mut reversed = (near + in_row).narrow(far + in_row);
         if PARTLY {
-            let (low, high) = (f64x4::splat(simd, depth.low), f64x4::splat(simd, depth.high));
-            (near, far) = (clamp(near, low, high), clamp(far, low, high));
+            // Rounding keeps the order: it is the same before and after it.
+            let (low, high) = (depth.low as f32, depth.high as f32);
+            reversed = clamp(reversed, f32x8::splat(simd, low), f32x8::splat(simd, high));
         }
         // The sum has no negative zero; bits of floats from 0 on are in their order.
-        let key: i32x8<S> = (near.narrow(far) + 0.0).bitcast();
-
-        let keys: &mut [i32; 8] = eight(keys);
+        let key: i32x8<S> = (reversed + 0.0).bitcast();
         let old_key = i32x8::simd_from(simd, *keys);
-        let nearer = covered & key.simd_ge(old_key);
-        if !nearer.any_true() {
+        // Neither is negative.
+        let ahead = key - old_key;
+        if !(outside | ahead).simd_ge(0).any_true() {
             return;
         }
-        let ids: &mut [u32; 8] = eight(ids);
-        let (mut id, old_id) = (u32x8::splat(simd, triangle.id), u32x8::simd_from(simd, *ids));
-        if N > 1 {
-            let with_centre = id | CENTRE_COVERED;
-            id = with_centre;
-            if PARTLY {
-                let ([a, b, c], shift) = (pixels.values, self.shifts[sample]);
-                let centre = (a - shift[0]) | (b - shift[1]) | (c - shift[2]);
-                id = centre.simd_ge(0).select(with_centre, u32x8::splat(simd, triangle.id));
-            }
-        }
-        let lower = match N {
-            1 => id.simd_lt(old_id),
-            _ => (id & !CENTRE_COVERED).simd_lt(old_id & !CENTRE_COVERED),
-        };
-        let mut wins = nearer & (key.simd_gt(old_key) | lower);
+        let (id, old_id) = (u32x8::splat(simd, triangle.id), u32x8::simd_from(simd, *ids));
+        // A mask's own bits are -1 and 0.
+        let (none, minus_one) = (i32x8::splat(simd, 0), i32x8::splat(simd, -1));
+        // Where keys are equal, the higher id is behind by one.
+        let behind = id.simd_ge(old_id).select(minus_one, none);
+        let mut wins = (outside | (ahead + behind)).simd_ge(0);
         if KEEPS && let Some(keep) = keep {
             let [x, y] = self.offsets[sample];
-            let place = [16 * pixels.left + 8 + x, 16 * pixels.y as i32 + 8 + y];
+            let place = [16 * place[0] + 8 + x, 16 * place[1] + 8 + y];
             let bits = wins.to_bitmask();
             let bits = if bits == 0 { 0 } else { keep(triangle.id, place, bits) & bits };
             wins = SimdMask::from_bitmask(simd, bits);
         }
         wins.select(key, old_key).store_slice(keys);
         wins.select(id, old_id).store_slice(ids);
-        pixels.written += wins.select(i32x8::splat(simd, 1), i32x8::splat(simd, 0));
+        pixels.written -= wins.select(minus_one, none);
     }
 
     /// [`Column::rows`] where all samples are covered and nearer than what is there.
@@ -425,8 +458,7 @@ impl<S: Simd, const N: usize> Column<S, N> {
         let start = rows[0] * stride + self.x;
         let keys = &mut tile.keys[tile.starts[0] + start..];
         let ids = &mut tile.ids[tile.starts[1] + start..];
-        let flag = if N == 1 { 0 } else { CENTRE_COVERED };
-        let id = u32x8::splat(simd, triangle.id | flag);
+        let id = u32x8::splat(simd, triangle.id);
         let mut row_y = f64::from(top + rows[0] as i32);
         for row in 0..rows[1] - rows[0] {
             for sample in 0..N {
@@ -448,10 +480,9 @@ impl<S: Simd, const N: usize> Column<S, N> {
 struct Pixels<S: Simd> {
     /// Edge values at the samples.
     values: [i32x8<S>; 3],
-    /// Column of the first in the picture.
-    left: i32,
-    /// Row in the picture.
-    y: f64,
+    /// From the origin of the plane of depth down to the samples, px: multiples of 1 / 256, so that sums
+    /// are exact.
+    way_y: f64,
     /// How many samples were won, by lane.
     written: i32x8<S>,
 }
@@ -464,14 +495,20 @@ impl<S: Simd> Pixels<S> {
             let [a, b, c] = self.values;
             self.values = [a + down[0], b + down[1], c + down[2]];
         }
-        self.y += 1.0;
+        self.way_y += 1.0;
     }
 }
 
 /// None of the three is NaN, and negative zeros are lost later: all instruction sets agree on maxima.
 #[inline(always)]
-fn clamp<S: Simd>(depth: f64x4<S>, low: f64x4<S>, high: f64x4<S>) -> f64x4<S> {
+pub(crate) fn clamp<S: Simd>(depth: f32x8<S>, low: f32x8<S>, high: f32x8<S>) -> f32x8<S> {
     depth.max(low).min(high)
+}
+
+/// Whether one of eight places is inside all three edges.
+#[inline(always)]
+fn any_inside<S: Simd>(_: S, [a, b, c]: [i32x8<S>; 3]) -> bool {
+    (a | b | c).simd_ge(0).any_true()
 }
 
 /// The first eight values.
@@ -491,7 +528,6 @@ pub(crate) fn fill_plain<D: DepthFormat, const BITS: u32>(
     tile.touch(rect, i32::MAX);
     let (stride, plane) = (tile.stride(), tile.plane());
     let [left, top] = tile.origin().map(i64::from);
-    let several = tile.samples() != Samples::One;
     let mut written = 0;
     let centre = Edges::new::<BITS>(triangle, [0, 0]);
     let depth = DepthPlane::new::<BITS>(triangle, &centre);
@@ -505,26 +541,17 @@ pub(crate) fn fill_plain<D: DepthFormat, const BITS: u32>(
             let columns = rect.x.map(|column| left + column as i64);
             let (first, last) = edges.row::<BITS>(y).covered(columns[0], columns[1]);
             let in_row = depth.row(y as f64 + y_shift);
-            let (centre_first, centre_last) = centre.row::<BITS>(y).covered(columns[0], columns[1]);
             for x in first..last {
                 let at = sample * plane + row * stride + (x - left) as usize;
                 let (key_at, id_at) = (tile.starts[0] + at, tile.starts[1] + at);
                 let key = D::key(D::encode(depth.at(in_row, x as f64 + x_shift)));
                 let old = (tile.keys[key_at], tile.ids[id_at]);
-                let lower = match several {
-                    true => triangle.id < old.1 & !CENTRE_COVERED,
-                    false => triangle.id < old.1,
-                };
-                let wins = key > old.0 || (key == old.0 && lower);
-                let flag = match several && (centre_first..centre_last).contains(&x) {
-                    true => CENTRE_COVERED,
-                    false => 0,
-                };
+                let wins = key > old.0 || (key == old.0 && triangle.id < old.1);
                 let place = [16 * x as i32 + 8 + offset[0], 16 * y as i32 + 8 + offset[1]];
                 if wins
                     && keep.as_deref_mut().is_none_or(|keep| keep(triangle.id, place, 1) & 1 == 1)
                 {
-                    (tile.keys[key_at], tile.ids[id_at]) = (key, triangle.id | flag);
+                    (tile.keys[key_at], tile.ids[id_at]) = (key, triangle.id);
                     written += 1;
                 }
             }

@@ -50,4 +50,4 @@ pub use precision::{DepthKind, Precision, SubpixelBits, Transforms};
 pub use samples::{Offset, Samples};
 pub use setup::{Facing, Placer, ScreenTriangle, SetupCounters, Triangles, Vertex, set_up};
 pub use shares4::{BLOCK, Corners4, Placement, Shares4, shares4};
-pub use tile::{CENTRE_COVERED, TileBuffer, TileRect};
+pub use tile::{TileBuffer, TileRect};

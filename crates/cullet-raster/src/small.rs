@@ -4,10 +4,11 @@
 //! Only samples that are covered are then tried one by one. Edges, depth and ties are those of
 //! [`crate::fill`], operation by operation.
 
-use fearless_simd::{Simd, SimdCvtFloat, f32x8, f64x4, i32x8, mask32x8, prelude::*, u32x8};
+use fearless_simd::{Simd, SimdCvtFloat, f32x8, f64x4, i32x8, mask32x8, prelude::*};
 
+use crate::fill::clamp;
 use crate::samples::Offset;
-use crate::tile::{CENTRE_COVERED, TileBuffer, TileRect};
+use crate::tile::{TileBuffer, TileRect};
 
 /// Boxes of at most this many pixels along each axis are drawn here.
 pub(crate) const SMALL: i32 = 6;
@@ -40,18 +41,14 @@ struct Depth4<S: Simd> {
     origin: [f64x4<S>; 2],
     ddx: f64x4<S>,
     ddy: f64x4<S>,
-    low: f64x4<S>,
-    high: f64x4<S>,
 }
 
 impl<S: Simd> Depth4<S> {
-    /// Reversed depth at points of the picture, pixels; centres have whole numbers here.
+    /// Reversed depth, before clamping, at points of the picture, pixels; centres have whole numbers here.
     #[inline(always)]
     fn at(&self, x: f64x4<S>, y: f64x4<S>) -> f64x4<S> {
         let row = self.depth + self.ddy * (y - self.origin[1]);
-        let depth = row + self.ddx * (x - self.origin[0]);
-        let depth = depth.simd_lt(self.low).select(self.low, depth);
-        depth.simd_gt(self.high).select(self.high, depth)
+        row + self.ddx * (x - self.origin[0])
     }
 }
 
@@ -81,7 +78,7 @@ impl<S: Simd> Small<'_, S> {
             ];
         }
         let planes = self.planes(simd);
-        let own_id = u32x8::simd_from(simd, *self.id);
+        let [lowest, highest] = self.limits(simd);
         let [keys_start, ids_start] = tile.starts;
         // As many of both, so that one comparison serves for both.
         let n = N * plane;
@@ -94,11 +91,6 @@ impl<S: Simd> Small<'_, S> {
             let mut value = in_row;
             for column in 0..columns {
                 let in_box = in_rows & width.simd_gt(column);
-                let mut seen = *self.id;
-                if N > 1 {
-                    let centre = (value[0] | value[1] | value[2]).simd_ge(0);
-                    seen = centre.select(own_id | CENTRE_COVERED, own_id).into();
-                }
                 for sample in 0..N {
                     let [a, b, c] = &shifts[sample];
                     let signs = match N {
@@ -114,7 +106,8 @@ impl<S: Simd> Small<'_, S> {
                     let y = f64::from(row) + f64::from(sy) * (1.0 / 16.0);
                     let low = planes[0].at(first_x[0] + x, first_y[0] + y);
                     let high = planes[1].at(first_x[1] + x, first_y[1] + y);
-                    let key: i32x8<S> = (low.narrow(high) + 0.0).bitcast();
+                    let depth = clamp(low.narrow(high), lowest, highest);
+                    let key: i32x8<S> = (depth + 0.0).bitcast();
                     let key: [i32; 8] = key.into();
                     let start = sample * plane + row as usize * stride + column as usize;
                     let mut won = 0_u64;
@@ -126,9 +119,8 @@ impl<S: Simd> Small<'_, S> {
                         if key[lane] < old_key {
                             continue;
                         }
-                        let known = if N == 1 { ids[at] } else { ids[at] & !CENTRE_COVERED };
-                        if key[lane] > old_key || self.id[lane] < known {
-                            (keys[at], ids[at]) = (key[lane], seen[lane]);
+                        if key[lane] > old_key || self.id[lane] < ids[at] {
+                            (keys[at], ids[at]) = (key[lane], self.id[lane]);
                             won |= 1 << lane;
                         }
                     }
@@ -169,6 +161,16 @@ impl<S: Simd> Small<'_, S> {
         }
     }
 
+    /// The least and the greatest depth of the corners. Rounding keeps the order, so that clamping may
+    /// follow it.
+    #[inline(always)]
+    fn limits(&self, simd: S) -> [f32x8<S>; 2] {
+        let a = single(simd, &self.depth[0]);
+        let b = single(simd, &self.depth[1]);
+        let c = single(simd, &self.depth[2]);
+        [a.min(b).min(c), a.max(b).max(c)]
+    }
+
     /// [`crate::cover`]'s planes of depth.
     #[inline(always)]
     fn planes(&self, simd: S) -> [Depth4<S>; 2] {
@@ -206,17 +208,20 @@ impl<S: Simd> Small<'_, S> {
         let b = f64x4::from_slice(simd, &self.depth[1][first..first + 4]);
         let c = f64x4::from_slice(simd, &self.depth[2][first..first + 4]);
         let (ab, ac) = (b - a, c - a);
-        let low = b.simd_lt(a).select(b, a);
-        let high = b.simd_gt(a).select(b, a);
         Depth4 {
             depth: a,
             origin: [x * (1.0 / 256.0) - 0.5, y * (1.0 / 256.0) - 0.5],
             ddx: (ab * dx1 + ac * dx2) * inverse_area,
             ddy: (ab * dy1 + ac * dy2) * inverse_area,
-            low: c.simd_lt(low).select(c, low),
-            high: c.simd_gt(high).select(c, high),
         }
     }
+}
+
+/// Eight values, rounded.
+#[inline(always)]
+fn single<S: Simd>(simd: S, values: &[f64; 8]) -> f32x8<S> {
+    let low = f64x4::from_slice(simd, &values[0..4]);
+    low.narrow(f64x4::from_slice(simd, &values[4..8]))
 }
 
 /// Whole numbers below 2^24.

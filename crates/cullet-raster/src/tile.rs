@@ -24,10 +24,6 @@ const HIDDEN_TILL_ALL: u32 = 4;
 /// Values in a cache line.
 const LINE: usize = 16;
 
-/// Set in the id of a sample whose triangle covers the centre of the pixel too, where pixels have
-/// several samples. Ids of triangles are below it.
-pub const CENTRE_COVERED: u32 = 1 << 31;
-
 /// A square of samples. All of it is drawn to, also where it reaches beyond the picture.
 #[derive(Clone, Debug, Default)]
 pub struct TileBuffer {
@@ -149,8 +145,7 @@ impl TileBuffer {
         self.stride() * self.side
     }
 
-    /// The source triangles of a sample along a row, left to right, or [`NO_TRIANGLE`]. With several
-    /// samples in a pixel, those that cover the pixel's centre have [`CENTRE_COVERED`] in their ids.
+    /// The source triangles of a sample along a row, left to right, or [`NO_TRIANGLE`].
     pub fn ids(&self, sample: usize, row: usize) -> &[u32] {
         let start = self.starts[1] + sample * self.plane() + row * self.stride();
         &self.ids[start..start + self.side]

@@ -1,13 +1,16 @@
 //! Colours from several samples per pixel: one where they agree, a mean where they do not.
 //!
-//! A pixel is shaded once per triangle seen in it: at its centre where the triangle covers that,
-//! else at the first of its samples seen. Colours are averaged in linear light, weighted by samples, with
+//! A pixel is shaded once per triangle seen in it, in the middle of the samples that see it: inside the
+//! triangle, and, with all triangles together, in the middle of the pixel, so that a surface looks
+//! alike whether its triangles meet in a pixel or not. (The places of samples add up to nothing. The
+//! OpenGL 4.6 specification, 14.3.1, leaves any place inside to the maker, and calls it the
+//! centroid.) Colours are averaged in linear light, weighted by samples, with
 //! alpha counted in (Porter & Duff 1984, "Compositing Digital Images"), so nothing of a
 //! transparent background shows.
 
 use std::ops::Range;
 
-use cullet_raster::{BLOCK, CENTRE_COVERED, NO_TRIANGLE, Samples, TileBuffer};
+use cullet_raster::{BLOCK, NO_TRIANGLE, Samples, TileBuffer};
 use cullet_shade::wide::encode_all;
 use fearless_simd::{Simd, dispatch, prelude::*, u32x8};
 use glam::Vec4;
@@ -55,7 +58,7 @@ impl EdgeScratch {
         &mut self,
         simd: S,
         ids: &[&[u32]; N],
-        offsets: &[[i32; 2]; N],
+        middles: &[Middle],
         place: Place,
         whole: Range<usize>,
     ) {
@@ -68,10 +71,9 @@ impl EdgeScratch {
             for sample in 1..N {
                 differs |= u32x8::from_slice(simd, &ids[sample][first..first + 8]) ^ own;
             }
-            let agree = (differs & !CENTRE_COVERED).simd_eq(0);
-            let seen = agree & !own.simd_eq(nothing);
+            let agree = differs.simd_eq(0);
             let at = whole.start + first;
-            seen.select(own & !CENTRE_COVERED, nothing).store_slice(&mut self.whole[at..at + 8]);
+            agree.select(own, nothing).store_slice(&mut self.whole[at..at + 8]);
             let mut edges = !agree.to_bitmask() & 0xff >> (8 - (width - first).min(8));
             while edges != 0 {
                 let at = first + edges.trailing_zeros() as usize;
@@ -80,7 +82,7 @@ impl EdgeScratch {
                 for sample in 0..N {
                     seen[sample] = ids[sample][at];
                 }
-                self.edge(seen, offsets, place.right(at));
+                self.edge(seen, middles, place.right(at));
             }
             first += 8;
         }
@@ -88,24 +90,24 @@ impl EdgeScratch {
 
     /// A pixel whose samples see different triangles.
     #[inline(always)]
-    fn edge<const N: usize>(&mut self, mut ids: [u32; N], offsets: &[[i32; 2]; N], place: Place) {
+    #[expect(clippy::needless_range_loop, reason = "iterators beside vectors may become calls")]
+    fn edge<const N: usize>(&mut self, ids: [u32; N], middles: &[Middle], place: Place) {
         let n_before = self.wanted.len();
+        let mut todo = 0;
         for sample in 0..N {
-            let seen = ids[sample];
-            if seen == NO_TRIANGLE {
-                continue;
+            todo |= usize::from(ids[sample] != NO_TRIANGLE) << sample;
+        }
+        while todo != 0 {
+            let seen = ids[todo.trailing_zeros() as usize % N];
+            let mut own = 0;
+            for sample in 0..N {
+                own |= usize::from(ids[sample] == seen) << sample;
             }
-            // All samples of the triangle. (Not from this one on: that is a masked move; see tests/tests/release.rs.)
-            let mut weight = 0;
-            for id in &mut ids {
-                let same = (*id ^ seen) & !CENTRE_COVERED == 0;
-                weight += u32::from(same);
-                *id = if same { NO_TRIANGLE } else { *id };
-            }
-            let [dx, dy] = if seen & CENTRE_COVERED == 0 { offsets[sample] } else { [0, 0] };
-            let (x, y) = (place.x as i32 * 16 + 8 + dx, place.y as i32 * 16 + 8 + dy);
-            self.wanted.push(Wanted { id: seen & !CENTRE_COVERED, x, y });
-            self.weights.push(weight as f32);
+            todo &= !own;
+            let Middle { x, y, weight } = middles[own];
+            let (x, y) = (place.x as i32 * 16 + 8 + x, place.y as i32 * 16 + 8 + y);
+            self.wanted.push(Wanted { id: seen, x, y });
+            self.weights.push(weight);
         }
         let n_wanted = (self.wanted.len() - n_before) as u32;
         self.edges.push(Edge { out: place.out as u32, n_wanted });
@@ -123,7 +125,7 @@ impl EdgeScratch {
         [column, row]: [u32; 2],
         stride: usize,
     ) {
-        let offsets: &[[i32; 2]; N] = tile.samples().offsets().first_chunk().expect("N samples");
+        let middles = middles_of(tile.samples());
         let (width, height) = (rect.width as usize, rect.height as usize);
         // Eights reach into the next row, which is written later.
         self.whole.resize((width * height + 8).max(self.whole.len()), NO_TRIANGLE);
@@ -133,7 +135,7 @@ impl EdgeScratch {
                 ids[sample] = tile.ids_and_margin(sample, row as usize + i, column as usize);
             }
             let place = Place { x: rect.x, y: rect.y + i as u32, out: i * stride };
-            self.row::<S, N>(simd, &ids, offsets, place, i * width..(i + 1) * width);
+            self.row::<S, N>(simd, &ids, middles, place, i * width..(i + 1) * width);
         }
     }
 }
@@ -150,6 +152,52 @@ impl Place {
     /// `n` pixels to the right.
     fn right(self, n: usize) -> Self {
         Place { x: self.x + n as u32, out: self.out + n, ..self }
+    }
+}
+
+/// Some samples of a pixel taken together.
+#[derive(Clone, Copy, Debug)]
+struct Middle {
+    /// The mean of their places, sixteenths of a pixel from the pixel's centre.
+    x: i32,
+    y: i32,
+    /// How many there are.
+    weight: f32,
+}
+
+/// By which samples there are, a bit each, their middle.
+const fn middles<const SETS: usize>(samples: Samples) -> [Middle; SETS] {
+    let offsets = samples.offsets();
+    let mut all = [Middle { x: 0, y: 0, weight: 0.0 }; SETS];
+    let mut set = 1;
+    while set < SETS {
+        let (mut sum, mut n, mut sample) = ([0, 0], 0, 0);
+        while sample < offsets.len() {
+            if set >> sample & 1 != 0 {
+                sum = [sum[0] + offsets[sample][0], sum[1] + offsets[sample][1]];
+                n += 1;
+            }
+            sample += 1;
+        }
+        // To the nearest, halves up.
+        let [x, y] = [(2 * sum[0] + n).div_euclid(2 * n), (2 * sum[1] + n).div_euclid(2 * n)];
+        all[set] = Middle { x, y, weight: n as f32 };
+        set += 1;
+    }
+    all
+}
+
+static MIDDLES_OF_TWO: [Middle; 4] = middles(Samples::Two);
+static MIDDLES_OF_FOUR: [Middle; 16] = middles(Samples::Four);
+static MIDDLES_OF_EIGHT: [Middle; 256] = middles(Samples::Eight);
+
+/// [`middles`] of a pattern; of one sample there are no edges.
+fn middles_of(samples: Samples) -> &'static [Middle] {
+    match samples {
+        Samples::One => &[],
+        Samples::Two => &MIDDLES_OF_TWO,
+        Samples::Four => &MIDDLES_OF_FOUR,
+        Samples::Eight => &MIDDLES_OF_EIGHT,
     }
 }
 
@@ -235,6 +283,41 @@ fn blend<'a>(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn triangles_of_a_pixel_are_shaded_around_its_middle() {
+        fn check<const N: usize>(ids: [u32; N], samples: Samples) {
+            let offsets: &[[i32; 2]; N] = samples.offsets().first_chunk().unwrap();
+            let mut scratch = EdgeScratch::default();
+            scratch.edge(ids, middles_of(samples), Place { x: 3, y: 5, out: 7 });
+            let mut sum = [0.0; 2];
+            for (wanted, weight) in scratch.wanted.iter().zip(&scratch.weights) {
+                let seen = offsets.iter().zip(ids).filter(|(_, id)| *id == wanted.id);
+                let places: Vec<[f64; 2]> = seen.map(|(at, _)| at.map(f64::from)).collect();
+                assert_eq!(places.len() as f32, *weight);
+                let place = [wanted.x - 3 * 16 - 8, wanted.y - 5 * 16 - 8].map(f64::from);
+                for axis in 0..2 {
+                    let exact: f64 = places.iter().map(|at| at[axis]).sum::<f64>();
+                    assert!((place[axis] - exact / f64::from(*weight)).abs() <= 0.5);
+                    sum[axis] += f64::from(*weight) * place[axis];
+                }
+            }
+            let n_seen = ids.iter().filter(|id| **id != NO_TRIANGLE).count();
+            assert_eq!(scratch.weights.iter().sum::<f32>(), n_seen as f32);
+            if n_seen == N {
+                assert!(sum.iter().all(|sum| sum.abs() <= 0.5 * N as f64), "{ids:?}: {sum:?}");
+            }
+        }
+        for case in 0..4u32.pow(4) {
+            let own = |sample: u32| match case >> (2 * sample) & 3 {
+                0 => NO_TRIANGLE,
+                id => id,
+            };
+            check([own(0), own(1)], Samples::Two);
+            check([own(0), own(1), own(2), own(3)], Samples::Four);
+            check([0, 1, 2, 3, 1, 0, 3, 2].map(own), Samples::Eight);
+        }
+    }
 
     #[test]
     fn means_count_alpha_in() {

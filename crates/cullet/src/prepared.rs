@@ -6,7 +6,6 @@ use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
 use cullet_cull::{Aabb, Hierarchy};
-use cullet_raster::CENTRE_COVERED;
 use cullet_scene::{self as scene, Image, Mesh, Scene, TextureRef};
 use cullet_shade::{Mips, Surface, Texture, srgb};
 use glam::Vec3;
@@ -15,8 +14,9 @@ use crate::Item;
 use crate::clusters::Clusters;
 use crate::schedule::{for_each, thread_count};
 
-/// Numbers of triangles, and two that mean something else, fit into an id beside its flag.
-const MAX_TRIANGLES: u32 = CENTRE_COVERED - 2;
+/// Numbers of triangles, and two that mean something else, fit into 31 bits, so that no sum of two of them
+/// overflows.
+const MAX_TRIANGLES: u32 = (1 << 31) - 2;
 
 /// Why a scene cannot be prepared.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
