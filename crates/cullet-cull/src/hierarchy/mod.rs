@@ -14,8 +14,8 @@
 //! say where pages are. Large pages take a sixth off, or more (a million boxes; an allocator
 //! that asks for them will do, with glibc `GLIBC_TUNABLES=glibc.malloc.hugetlb=1`; bench `walk`).
 //! So a walk asks leaves in 16 bits a bound first, with the numbers of their items beside them: two
-//! lines of memory in place of four, for 16 bytes a box (of 59). Eight bits a bound with the numbers
-//! apart took longer.
+//! lines of memory in place of four, for 16 bytes a box (of 59) that other queries do not read. Eight
+//! bits a bound with the numbers apart took longer.
 //!
 //! Boxes with a NaN or an infinity are kept beside the tree and tested one by one; empty boxes
 //! are remembered and never visible.

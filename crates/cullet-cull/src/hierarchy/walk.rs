@@ -39,7 +39,7 @@ pub(super) fn walk(
     let Some(planes) = planes_for(tree, frustum) else {
         return WalkStats { nodes: Counts::of_one(None), ..stats };
     };
-    let errors = errors(&planes, &tree.bounds);
+    let errors = errors(&planes);
     let (ids, run) = ([0; 64], [0; 64]);
     let mut walker = Walker { tree, planes, errors, ids, run, stats, levels, visit };
     walker.stats.nodes = Counts::of_one(Some(walker.planes.asked));
@@ -89,7 +89,8 @@ const BATCH: usize = 8;
 const CROWDED: usize = 64;
 
 /// A batch leaves the stack before its children enter it, and below a crowded stack each level
-/// adds seven nodes at most: one leaves before its eight children enter.
+/// adds seven nodes at most: one leaves before its eight children enter. A batch is copied whole, with
+/// what lies above the top, so there is room for one above any top.
 const STACK: usize = CROWDED + 7 * BATCH + 7 * MAX_LEVELS;
 
 /// A leaf that planes cut.
@@ -135,7 +136,7 @@ impl Found {
 struct Walker<'a> {
     tree: &'a Tree,
     planes: Planes8,
-    /// What each plane leaves in doubt of packed leaves.
+    /// What each plane leaves in doubt of packed leaves, wherever they are.
     errors: [f32; 6],
     /// The items of eight leaves, eight each.
     ids: [u32; 64],
@@ -211,6 +212,7 @@ impl Walker<'_> {
             let lane = cut.trailing_zeros() as usize & 7;
             cut &= cut - 1;
             let leaf = node.children[lane];
+            debug_assert!(n_leaves < MOST);
             found.leaves[n_leaves % MOST] = CutLeaf {
                 node: pending.node,
                 group: leaf.first / 8,
@@ -224,6 +226,7 @@ impl Walker<'_> {
             let lane = inside.trailing_zeros() as usize & 7;
             inside &= inside - 1;
             let child = node.children[lane];
+            debug_assert!(n_runs < MOST);
             found.runs[n_runs % MOST] = (child.first, child.first + child.len);
             n_runs += 1;
         }
@@ -313,7 +316,8 @@ impl Walker<'_> {
             while left != 0 {
                 let index = (left.trailing_zeros() as usize).min(5);
                 left &= left - 1;
-                let said = grid.ask(simd, &self.planes.planes[index], self.errors[index], &ends);
+                let (plane, error) = (&self.planes.planes[index], self.errors[index]);
+                let said = grid.ask(simd, plane, error, &ends, seen);
                 let (mut reached, mut inside) = (said.reached, said.inside);
                 if said.in_doubt {
                     let group = &self.tree.groups[leaf.group as usize];
