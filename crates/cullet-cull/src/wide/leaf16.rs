@@ -35,7 +35,7 @@
 use fearless_simd::{Simd, f32x8, i16x16, prelude::*};
 
 use super::planes8::Plane32;
-use super::{Box32, Group, Planes8, Row};
+use super::{Group, Planes8, Row};
 
 /// Steps from one end of a box to the other. Its middle is one of its ends when it is an ulp wide, so
 /// whole numbers reach this far, and one more by rounding outwards.
@@ -83,8 +83,8 @@ impl Leaf16 {
         leaf
     }
 
-    #[expect(clippy::needless_range_loop, reason = "iterators beside vectors may become calls")]
     /// All bounds, in steps from the middle: by axis the lesser and the greater ones.
+    #[expect(clippy::needless_range_loop, reason = "iterators beside vectors may become calls")]
     #[inline(always)]
     pub fn ends<S: Simd>(&self, simd: S) -> [[f32x8<S>; 2]; 3] {
         let mut ends = [[f32x8::splat(simd, 0.0); 2]; 3];
@@ -151,7 +151,6 @@ impl Grid {
 
     /// What a plane says of the boxes on this grid that are `wanted`, one bit each; `error` is of
     /// [`errors`].
-    #[expect(clippy::needless_range_loop, reason = "iterators beside vectors may become calls")]
     #[inline(always)]
     pub fn ask<S: Simd>(
         &self,
@@ -207,7 +206,7 @@ mod tests {
     use super::*;
     use crate::distributions::Rng;
     use crate::wide::planes8::corners;
-    use crate::wide::{Level, levels};
+    use crate::wide::{Box32, Level, levels};
 
     fn unit(random: &mut Rng) -> f64 {
         random.within(0.0, 1.0)
