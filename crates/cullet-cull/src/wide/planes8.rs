@@ -226,8 +226,19 @@ impl Planes8 {
     pub fn ask<S: Simd>(&self, simd: S, index: usize, group: &Group) -> (u8, u8) {
         let plane = &self.planes[index.min(5)];
         let zero = f32x8::splat(simd, 0.0);
-        let reached = upper_end(simd, plane, group).simd_ge(zero).to_bitmask() as u8;
-        let inside = lower_end(simd, plane, group).simd_ge(zero).to_bitmask() as u8;
+        // Of both ends of an axis, the farthest along the normal makes the greater product: no choice
+        // by sign, and the same number.
+        let (mut far, mut near) = ([zero; 3], [zero; 3]);
+        for axis in 0..3 {
+            let min = f32x8::simd_from(simd, *group.row(Row::MIN[axis])) * plane.normal[axis];
+            let max = f32x8::simd_from(simd, *group.row(Row::MAX[axis])) * plane.normal[axis];
+            far[axis] = min.max(max);
+            near[axis] = min.min(max);
+        }
+        let far = (far[0] + far[1]) + (far[2] + plane.outer);
+        let near = (near[0] + near[1]) + (near[2] + plane.inner);
+        let reached = far.simd_ge(zero).to_bitmask() as u8;
+        let inside = near.simd_ge(zero).to_bitmask() as u8;
         (reached, inside)
     }
 
@@ -271,34 +282,18 @@ impl Planes8 {
     }
 }
 
-/// Of each box, the computed distance of the corner farthest along the normal.
+/// Of each box, the computed distance of the corner farthest along the normal. The order of these
+/// operations is part of the result; `reference` repeats it.
 #[inline(always)]
 fn upper_end<S: Simd>(simd: S, plane: &Plane32, group: &Group) -> f32x8<S> {
-    distance(simd, plane.normal, plane.far, plane.outer, group)
+    let Plane32 { normal, far, outer, .. } = plane;
+    let x = f32x8::simd_from(simd, *group.row(far[0])) * normal[0];
+    let y = f32x8::simd_from(simd, *group.row(far[1])) * normal[1];
+    let z = f32x8::simd_from(simd, *group.row(far[2])) * normal[2];
+    (x + y) + (z + *outer)
 }
 
-/// Of each box, the computed distance of the corner nearest along the normal.
-#[inline(always)]
-fn lower_end<S: Simd>(simd: S, plane: &Plane32, group: &Group) -> f32x8<S> {
-    distance(simd, plane.normal, plane.near, plane.inner, group)
-}
-
-/// The order of these operations is part of the result; `reference` repeats it.
-#[inline(always)]
-fn distance<S: Simd>(
-    simd: S,
-    normal: [f32; 3],
-    corner: [Row; 3],
-    offset: f32,
-    group: &Group,
-) -> f32x8<S> {
-    let x = f32x8::simd_from(simd, *group.row(corner[0])) * normal[0];
-    let y = f32x8::simd_from(simd, *group.row(corner[1])) * normal[1];
-    let z = f32x8::simd_from(simd, *group.row(corner[2])) * normal[2];
-    (x + y) + (z + offset)
-}
-
-/// The same of one box.
+/// The same of one corner.
 #[inline(always)]
 fn distance_1(normal: [f32; 3], corner: [f32; 3], offset: f32) -> f32 {
     let [x, y, z] = [corner[0] * normal[0], corner[1] * normal[1], corner[2] * normal[2]];
