@@ -5,6 +5,7 @@
 //! `libm`. The rows of each stand under a scene of their own.
 
 use std::hint::black_box;
+use std::mem;
 use std::time::Duration;
 
 use cullet::transform::{SinCos, SinCosTable};
@@ -53,9 +54,13 @@ pub struct Call {
 /// All ways on all ranges, measured in several parts of a run: what a processor does at one time it need
 /// not do at another, and one part alone would be surer of its figures than they are.
 pub struct Calls {
-    ways: [(&'static str, SinCos); 5],
+    ways: Ways,
     ranges: Vec<OfRange>,
+    /// Tables and angles of earlier parts, kept so that those of the next lie elsewhere in memory.
+    left: Vec<(Ways, Vec<Vec<f64>>)>,
 }
+
+type Ways = [(&'static str, SinCos); 5];
 
 /// What is known of one range.
 struct OfRange {
@@ -81,11 +86,17 @@ impl Calls {
             angles: (0..SAMPLE).map(|i| range.most * place(i)).collect(),
             seconds: Default::default(),
         };
-        Calls { ways, ranges: RANGES.iter().map(of_range).collect() }
+        Calls { ways, ranges: RANGES.iter().map(of_range).collect(), left: Vec::new() }
     }
 
     /// Measures all, within about `budget`.
     pub fn measure(&mut self, budget: Duration) {
+        let ways = self.ways.clone();
+        let angles = self.ranges.iter_mut().map(|range| {
+            let copy = range.angles.clone();
+            mem::replace(&mut range.angles, copy)
+        });
+        self.left.push((mem::replace(&mut self.ways, ways), angles.collect()));
         for range in &mut self.ranges {
             let mut calls = self.ways.each_ref().map(|(_, way)| {
                 let angles = &range.angles;

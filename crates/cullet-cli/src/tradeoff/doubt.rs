@@ -2,9 +2,9 @@
 //!
 //! * **Times** are ratios to the default, round by round, so that what slows a whole round cancels. A
 //!   ratio is known to the 95% interval of its median ([`Summary::uncertainty`]), and not better than to what
-//!   copies of the default, with memory of their own, are off from it: who lies where in memory stays the
-//!   same in all rounds, and is another in the next run ([`of_controls`]). Of less than five rounds, whose quartiles say
-//!   nothing, twice the whole range is taken.
+//!   copies of the default are off from it, for whatever stays the same in all rounds of a run and is
+//!   another in the next ([`of_controls`]). Of less than five rounds, whose quartiles say nothing, twice the
+//!   whole range is taken.
 //!   Where many rivals are asked about one claim, intervals are widened to hold together ([`widened`]).
 //! * **Errors** against a picture made of samples are known as far as the samples are many: an order of
 //!   two errors is told only where their difference is larger than that by which the two halves of the

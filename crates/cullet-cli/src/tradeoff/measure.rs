@@ -1,6 +1,8 @@
 //! One scene: its reference, every configuration's picture and error, then all of them in turn against
 //! the clock. Errors are those of the very frames, programs and settings that are timed.
 
+use std::cell::{Cell, RefCell};
+use std::iter;
 use std::time::{Duration, Instant};
 
 use cpu_time::ThreadTime;
@@ -23,6 +25,11 @@ const NEEDED: usize = 3;
 
 /// How often the default is measured besides.
 const CONTROLS: usize = 3;
+
+/// All rivals take turns in so many places in memory, for where one lies is worth some percent of its time,
+/// and stays the same for a whole run (Mytkowicz, Diwan, Hauswirth and Sweeney, "Producing Wrong
+/// Data Without Doing Anything Obviously Wrong!", 2009).
+const PLACES: usize = 5;
 
 /// A configuration, measured.
 pub struct Measured {
@@ -48,7 +55,7 @@ pub struct SceneMeasured {
     pub left_out: Vec<String>,
     /// Rounds timed.
     pub n_rounds: usize,
-    /// The default some times more, each with memory of its own, as if it were another: against itself,
+    /// The default some times more, as if it were another: against itself,
     /// round by round. By what these are off from 1 no two rows can be told apart.
     pub controls: Vec<Comparison>,
     /// What was measured by itself.
@@ -82,16 +89,16 @@ struct Scene<'a> {
     reference: &'a Reference,
 }
 
-/// A rival: settings with memory of their own.
-struct Rival {
-    settings: Settings,
+/// Memory to draw with.
+#[derive(Default)]
+struct Memory {
     renderer: Renderer,
     frame: Frame,
 }
 
-impl Rival {
-    fn draw(&mut self, prepared: &Prepared, view: &View) -> FrameStats {
-        self.renderer.render(prepared, view, &self.settings, &mut self.frame)
+impl Memory {
+    fn draw(&mut self, prepared: &Prepared, view: &View, settings: &Settings) -> FrameStats {
+        self.renderer.render(prepared, view, settings, &mut self.frame)
     }
 }
 
@@ -137,29 +144,31 @@ pub fn scene(
     let Studies { done: studies, mut left_out, .. } =
         Studies::within(whole.mul_f64(STUDIES_SHARE)).of(&subject)?;
     let mut now = clock(threads);
-    let mut rivals: Vec<(Configuration, Rival, f64)> = Vec::new();
+    let mut rivals: Vec<(Configuration, f64)> = Vec::new();
+    let mut places: Vec<Memory> = Vec::new();
+    places.resize_with(PLACES, Memory::default);
     let mut drawn = Vec::new();
     let mut costs = Costs::default();
     for (i, configuration) in configurations.drain(..).enumerate() {
         report.say(&format!("errors of {}", name(&configuration)));
         // What is left has to do for the rounds of those before.
-        let rounds = time_for_rounds(rivals.iter().map(|(.., seconds)| *seconds));
+        let rounds = time_for_rounds(rivals.iter().map(|(_, seconds)| *seconds));
         let until = end.checked_sub(Duration::from_secs_f64(rounds)).unwrap_or(begun);
         if i >= NEEDED && !costs.fit(&metrics(&configuration), until) {
             left_out.extend(names(&configuration));
             continue;
         }
         let settings = configuration.settings;
-        let (renderer, frame) = (Renderer::default(), Frame::default());
-        let mut rival = Rival { settings, renderer, frame };
+        let memory = &mut places[i % PLACES];
         let start = Instant::now();
-        let stats = rival.draw(prepared, view);
+        let stats = memory.draw(prepared, view, &settings);
         let seconds = start.elapsed().as_secs_f64();
         costs.expect_frames(seconds);
         let scene = Scene { prepared, view, reference: &reference };
         let (metrics, plan) = (metrics(&configuration), (&mut costs, until));
         let (errors, picture, skipped) =
-            measure_errors(&mut rival, &scene, &stats, metrics, plan).map_err(Failure::input)?;
+            measure_errors(memory, &settings, &scene, &stats, metrics, plan)
+                .map_err(Failure::input)?;
         for metric in skipped {
             let uses = configuration.uses.iter().filter(|(.., metrics)| metrics.contains(&metric));
             left_out.extend(
@@ -167,41 +176,36 @@ pub fn scene(
             );
         }
         drawn.push((errors, picture));
-        rivals.push((configuration, rival, seconds));
+        rivals.push((configuration, seconds));
     }
 
     let left = end.saturating_duration_since(Instant::now());
-    let costs: Vec<f64> = rivals.iter().map(|(.., seconds)| *seconds).collect();
+    let costs: Vec<f64> = rivals.iter().map(|(_, seconds)| *seconds).collect();
     let affordable = affordable(&costs, NEEDED, left.as_secs_f64());
     let kept: Vec<_> = rivals.into_iter().zip(drawn).zip(&affordable).collect();
     let mut measured = Vec::new();
-    for (((configuration, rival, _), of_one), kept) in kept {
+    for (((configuration, _), of_one), kept) in kept {
         match kept {
-            true => measured.push((configuration, rival, of_one)),
+            true => measured.push((configuration, of_one)),
             false => left_out.extend(names(&configuration)),
         }
     }
 
-    let mut controls: Vec<Rival> = Vec::new();
-    for _ in 0..CONTROLS {
-        let (renderer, frame) = (Renderer::default(), Frame::default());
-        let mut control = Rival { settings: base, renderer, frame };
-        control.draw(prepared, view);
-        controls.push(control);
-    }
-
     report.say("rounds");
-    let mut calls: Vec<_> =
-        measured.iter_mut().map(|(_, rival, _)| || _ = rival.draw(prepared, view)).collect();
-    let mut n = 0;
+    let rivals = measured.iter().map(|(configuration, _)| configuration.settings);
+    let rivals: Vec<Settings> = iter::repeat_n(base, CONTROLS).chain(rivals).collect();
+    let (places, n): (Vec<_>, _) = (places.into_iter().map(RefCell::new).collect(), Cell::new(0));
     let mut tell = || {
-        report.say(&format!("round {n}"));
-        n += 1;
+        report.say(&format!("round {}", n.get()));
+        n.set(n.get() + 1);
     };
-    let mut again: Vec<_> =
-        controls.iter_mut().map(|control| || _ = control.draw(prepared, view)).collect();
+    let draw = |i: usize| {
+        let memory = &places[(i + n.get()) % PLACES];
+        memory.borrow_mut().draw(prepared, view, &rivals[i]);
+    };
+    let draw = &draw;
+    let mut calls: Vec<_> = (0..rivals.len()).map(|i| move || draw(i)).collect();
     let mut turns: Vec<&mut dyn FnMut()> = vec![&mut tell];
-    turns.extend(again.iter_mut().map(|call| call as &mut dyn FnMut()));
     turns.extend(calls.iter_mut().map(|call| call as &mut dyn FnMut()));
     let rounds = Rounds {
         warm_up: 0, // each has drawn its frame for the errors
@@ -212,14 +216,12 @@ pub fn scene(
     };
     let seconds = rounds.time_on(&mut *now, &mut turns);
     drop(turns);
-    drop(calls);
-    drop(again);
 
     let (controls, rows) = seconds[1..].split_at(CONTROLS);
     let base = &rows[0];
     let against = |own: &Vec<f64>| Comparison::of(base, own).expect("at least one round");
     let controls = controls.iter().map(against).collect();
-    let all = measured.into_iter().zip(rows).map(|((configuration, _, of_one), own)| {
+    let all = measured.into_iter().zip(rows).map(|((configuration, of_one), own)| {
         let Comparison { b: time, ratios: ratio, .. } = against(own);
         let (errors, picture) = of_one;
         Measured { configuration, time, ratio, errors, picture }
@@ -228,18 +230,18 @@ pub fn scene(
     Ok(SceneMeasured { reference, all, left_out, n_rounds, controls, studies })
 }
 
-/// The errors of the picture in `rival`, the picture, and the metrics that there was no time for.
+/// The errors of the picture in `memory`, the picture, and the metrics that there was no time for.
 fn measure_errors(
-    rival: &mut Rival,
+    memory: &mut Memory,
+    settings: &Settings,
     scene: &Scene<'_>,
     stats: &FrameStats,
     metrics: Vec<Metric>,
     plan: (&mut Costs, Instant),
 ) -> Result<(Errors, Picture, Vec<Metric>), MeasureError> {
     let (costs, until) = plan;
-    let picture = picture(&rival.frame)?;
+    let picture = picture(&memory.frame)?;
     let Scene { prepared, view, reference } = *scene;
-    let settings = &rival.settings;
     let drawn =
         Drawn { prepared, view, settings, picture: &picture, n_kept: stats.objects.n_drawn };
     let mut measuring = Measuring::new(drawn, reference);
@@ -251,7 +253,7 @@ fn measure_errors(
             continue;
         }
         let start = Instant::now();
-        measuring.measure(&mut rival.renderer, metric)?;
+        measuring.measure(&mut memory.renderer, metric)?;
         costs.learn(metric, start.elapsed());
     }
     Ok((measuring.errors, picture, skipped))
