@@ -18,7 +18,8 @@ frame() {
 
 printf '| extreme | instructions per frame | ordinary twin | ratio |\n| --- | ---: | ---: | ---: |\n'
 status=0
-for name in $("$cullet" synth --list | grep -o '^extreme:[a-z-]*'); do
+names=$("$cullet" synth --list | grep -o '^extreme:[a-z-]*')
+for name in $names; do
     extreme=$(frame "$name")
     ordinary=$(frame "$name:ordinary")
     awk -v name="${name#extreme:}" -v a="$extreme" -v b="$ordinary" 'BEGIN {
