@@ -175,6 +175,7 @@ impl Renderer {
             row_of_tiles(&drawer, region, scratch, row as u32, band);
         };
         if threads == 1 {
+            // No list is made: a frame allocates nothing.
             for_each_with(scratches, bands.enumerate(), draw);
         } else {
             // The most to draw first, lest one thread begins it when the others are done.

@@ -108,10 +108,6 @@ struct CutLeaf {
     present: u8,
 }
 
-impl CutLeaf {
-    const NOTHING: CutLeaf = CutLeaf { node: 0, group: 0, lane: 0, planes: 0, present: 0 };
-}
-
 /// Of every child of a batch at most one entry in a list.
 const MOST: usize = 8 * BATCH;
 
@@ -156,7 +152,7 @@ impl Walker<'_> {
         stack[0].cutting = u16::from(self.planes.asked.bits());
         let mut n_pending = 1;
         let mut batch = [Pending::default(); BATCH];
-        let (leaves, runs) = ([CutLeaf::NOTHING; MOST], [(0, 0); MOST]);
+        let (leaves, runs) = ([CutLeaf::default(); MOST], [(0, 0); MOST]);
         let mut found = Found { leaves, n_leaves: 0, runs, n_runs: 0 };
         while n_pending > 0 {
             let n = if n_pending > CROWDED { 1 } else { n_pending.min(BATCH) };
