@@ -149,7 +149,8 @@ impl Renderer {
         let side = settings.tile_px.clamp(8, 256).next_multiple_of(8);
         self.clusters.find(prepared, view, settings, samples, &self.planes, threads);
         let grid = Grid::new(region, side);
-        let rectangles = self.clusters.sorted().map(|cluster| (cluster.shown.x, cluster.shown.y));
+        let rectangles =
+            self.clusters.sorted.iter().map(|cluster| (cluster.shown.x, cluster.shown.y));
         self.bins.fill(&grid, rectangles);
         let middle = Instant::now();
         stats.stages.geometry += middle - start;
@@ -159,7 +160,7 @@ impl Renderer {
         }
         let scratches = &mut self.threads[..threads];
         for scratch in &mut *scratches {
-            scratch.begin(self.clusters.list.len());
+            scratch.begin(self.clusters.sorted.len());
         }
         let drawer = TileDrawer {
             scene: Scene { prepared, view, settings, planes: &self.planes },

@@ -4,7 +4,7 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use cullet_raster::{
-    Assembly, KeepSample, Object, Samples, SetupCounters, TileBuffer, TileRect, draw,
+    Assembly, KeepSample, Object, Samples, SetupCounters, TileBuffer, TileRect, draw, prefetch,
 };
 
 use crate::bins::{Bins, Grid};
@@ -65,6 +65,9 @@ struct Assemblies {
 const SLOTS: usize = 512;
 
 const NOBODY: u32 = u32::MAX;
+
+/// So many clusters before its turn one is sent for: most are hidden, and take no longer than memory does.
+const AHEAD: usize = 8;
 
 impl Assemblies {
     /// Forgets the frame before; there will be up to `n` clusters.
@@ -133,8 +136,13 @@ impl TileDrawer<'_> {
         let RasterScratch { buffer, clipped, assemblies, cutouts } = scratch;
         buffer.begin(origin, side as usize, samples);
         clipped.clear();
-        for &place in self.bins.of((row * size[0] + column) as usize) {
-            let cluster = self.clusters.at(place);
+        let places = self.bins.of((row * size[0] + column) as usize);
+        let clusters = &*self.clusters.sorted;
+        for (i, &place) in places.iter().enumerate() {
+            if let Some(&later) = places.get(i + AHEAD) {
+                prefetch(clusters, later as usize);
+            }
+            let cluster = &clusters[place as usize];
             let rect = part(cluster, origin, side);
             let level = settings.simd;
             if settings.occlusion && buffer.hides(level, rect, cluster.shown.nearest) {

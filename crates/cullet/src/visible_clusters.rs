@@ -25,6 +25,13 @@ pub(crate) struct VisibleCluster {
     pub drawn: AtomicBool,
 }
 
+impl VisibleCluster {
+    fn undrawn(&self) -> Self {
+        let VisibleCluster { item_idx, cluster_idx, shown, planes, .. } = *self;
+        VisibleCluster { item_idx, cluster_idx, shown, planes, drawn: AtomicBool::new(false) }
+    }
+}
+
 /// What became of clusters.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ClusterCounters {
@@ -46,9 +53,11 @@ pub(crate) struct VisibleClusters {
     /// Items drawn, and before each the number of clusters of those before it.
     drawn: Vec<(u32, u32)>,
     jobs: Vec<Job>,
-    pub list: Vec<VisibleCluster>,
-    /// Numbers in `list`, nearest first.
-    pub order: Vec<u64>,
+    /// In the order in which they are found, and numbers in it, nearest first.
+    found: Vec<VisibleCluster>,
+    order: Vec<u64>,
+    /// Nearest first.
+    pub sorted: Vec<VisibleCluster>,
     pub counters: ClusterCounters,
     pub n_triangles_culled: u64,
 }
@@ -98,11 +107,11 @@ impl VisibleClusters {
             drawn: &self.drawn,
         };
         for_each(threads, self.jobs[..n_jobs].iter_mut(), |job| tester.run(job));
-        self.list.clear();
+        self.found.clear();
         self.counters = ClusterCounters { n_in: n_clusters.into(), ..Default::default() };
         self.n_triangles_culled = 0;
         for job in &mut self.jobs[..n_jobs] {
-            self.list.append(&mut job.list);
+            self.found.append(&mut job.list);
             self.counters.n_outside += job.counters.n_outside;
             self.counters.n_between_samples += job.counters.n_between_samples;
             self.n_triangles_culled += job.n_triangles_culled;
@@ -111,23 +120,17 @@ impl VisibleClusters {
         let key = |number: u32, cluster: &VisibleCluster| {
             u64::from(!(cluster.shown.nearest as u32)) << 32 | u64::from(number)
         };
-        self.order.extend((0..).zip(&self.list).map(|(number, cluster)| key(number, cluster)));
+        self.order.extend((0..).zip(&self.found).map(|(number, cluster)| key(number, cluster)));
         self.order.sort_unstable();
-    }
-
-    /// Clusters, nearest first.
-    pub fn sorted(&self) -> impl Iterator<Item = &VisibleCluster> + Clone {
-        self.order.iter().map(|entry| &self.list[*entry as u32 as usize])
-    }
-
-    /// The cluster at a place in the order.
-    pub fn at(&self, place: u32) -> &VisibleCluster {
-        &self.list[self.order[place as usize] as u32 as usize]
+        // Each is looked at by every tile that it touches: what is looked at together lies together.
+        self.sorted.clear();
+        let sorted = self.order.iter().map(|entry| self.found[*entry as u32 as usize].undrawn());
+        self.sorted.extend(sorted);
     }
 
     /// Counts which were drawn, once all tiles are.
     pub fn count(&mut self, prepared: &Prepared) {
-        for cluster in &self.list {
+        for cluster in &self.sorted {
             if cluster.drawn.load(Ordering::Relaxed) {
                 self.counters.n_drawn += 1;
             } else {
@@ -142,7 +145,7 @@ impl VisibleClusters {
     /// Memory held.
     pub fn bytes(&self) -> usize {
         let jobs: usize = self.jobs.iter().map(|job| job.list.capacity()).sum();
-        (self.list.capacity() + jobs) * size_of::<VisibleCluster>()
+        (self.found.capacity() + self.sorted.capacity() + jobs) * size_of::<VisibleCluster>()
             + 8 * (self.order.capacity() + self.drawn.capacity())
             + self.jobs.capacity() * size_of::<Job>()
     }

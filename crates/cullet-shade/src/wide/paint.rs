@@ -205,6 +205,7 @@ fn paint_all<S: Simd, const POINT: bool, const SPECIAL: bool>(
                 }
             }
             if !is_stretched {
+                sampler.send_for(simd, &stage.places, &stage.taps, n);
                 sampler.blend_all::<_, SPECIAL>(simd, &stage.taps, n, &mut stage.texels);
             }
         }

@@ -4,7 +4,7 @@
 //! Polygon Texture Mapping"), so a pixel costs one multiply-add per axis, a vector of attributes
 //! at a time.
 
-use cullet_raster::{Corners4, Placement, Shares4, shares4};
+use cullet_raster::{Corners4, Placement, Shares4, prefetch, shares4};
 use fearless_simd::{Level, Simd, dispatch, f32x4, f32x8, prelude::*};
 use glam::{Affine2, Vec2, Vec3, Vec4};
 
@@ -93,6 +93,7 @@ fn set_up_all<S: Simd>(
             *corners = mesh.triangles[triangle as usize];
         }
         for (i, corners) in corners[..4 * n_fours].iter().enumerate() {
+            attributes.send_for(*corners);
             let four = &mut positions[i / 4];
             for corner in 0..3 {
                 let position = mesh.positions[corners[corner] as usize];
@@ -175,6 +176,19 @@ impl<'a, S: Simd> Attributes<'a, S> {
             colors: surface.mesh.colors.as_deref().filter(|_| needs.contains(Needs::VERTEX_COLOR)),
             flat: if flat { Some(group.light) } else { None },
             mirrored: group.mirrored,
+        }
+    }
+
+    /// Sends for what [`Attributes::set_up`] will read.
+    #[inline(always)]
+    fn send_for(&self, corners: [u32; 3]) {
+        for corner in corners {
+            if let Some(uvs) = self.uvs {
+                prefetch(uvs, corner as usize);
+            }
+            if let Some(normals) = self.normals {
+                prefetch(normals, corner as usize);
+            }
         }
     }
 

@@ -8,12 +8,14 @@
 //! Places are f32 here, where the scalar sampler has f64: they are off by at most 1e-7 of the
 //! picture's side, as texture coordinates are anyway.
 
+use cullet_raster::prefetch;
 use cullet_scene::Wrap;
 use fearless_simd::{
     Simd, SimdCvtFloat, SimdCvtTruncate, f32x4, f32x8, i32x8, prelude::*, u16x8, u32x8,
 };
 
 use super::fixed::{self, Eight, Fixed, Sixteen};
+use super::run::Places;
 use crate::sampler::{Arithmetic, Filter, MOST_SAMPLES};
 use crate::texture::{STRIP, Texture};
 
@@ -207,6 +209,21 @@ impl<'a> Sampler<'a> {
         }
     }
 
+    /// Sends for the texels of the first `n` eights of places: most of them are read for the first time, and
+    /// blending would wait for each. Neighbours of one triangle share lines of memory, others may not.
+    #[inline(always)]
+    pub fn send_for<S: Simd>(&self, simd: S, places: &Places, taps: &Taps, n: usize) {
+        for eight in 0..n {
+            let lanes = if places.is_one_triangle(simd, eight) { 3 } else { 1 };
+            for lane in (0..8).step_by(lanes) {
+                taps.fine.send_for(self.texels, eight, lane);
+                if !taps.is_fine[eight] {
+                    taps.coarse.send_for(self.texels, eight, lane);
+                }
+            }
+        }
+    }
+
     /// The four texels around each of eight places, each place in a level of its own, which
     /// begins at a texel of its own.
     #[inline(always)]
@@ -369,6 +386,13 @@ struct LevelTaps {
 }
 
 impl LevelTaps {
+    #[inline(always)]
+    fn send_for(&self, texels: &[u16], eight: usize, lane: usize) {
+        let (above, stride) = (self.above[eight][lane] as usize, self.stride[eight][lane] as usize);
+        prefetch(texels, above);
+        prefetch(texels, above + stride);
+    }
+
     /// The channels of the upper two texels and of the lower two. Both pairs are cut from one slice,
     /// so that its ends are compared with those of the texture once.
     #[inline(always)]
