@@ -32,7 +32,7 @@ pub(crate) fn cull(
             *planes = planes.filter(|_| other.planes(item, stats).is_some());
         }
     }
-    count(items, planes, stats);
+    count(prepared, planes, stats);
     if settings.min_size_px > 0.0 {
         leave_out_small(items, view, settings.min_size_px, planes, stats);
     }
@@ -87,23 +87,29 @@ fn walk(
     stats.boxes_tested += walked.nodes.tested + walked.items.tested + n_asked;
 }
 
-/// What became of the objects, and of the triangles of those that are not drawn.
-fn count(items: &[Item], planes: &mut [Option<PlaneMask>], stats: &mut FrameStats) {
-    for (item, planes) in items.iter().zip(planes) {
-        let n = u64::from(item.n_triangles);
-        stats.objects.n_in += 1;
-        if item.bounds.is_empty() {
-            *planes = None;
-            stats.objects.n_empty += 1;
-            stats.triangles +=
-                SetupCounters { n_in: n, n_not_finite: n, ..SetupCounters::default() };
-        } else if planes.is_none() {
-            stats.objects.n_outside += 1;
-            stats.n_triangles_of_culled_objects += n;
-        } else {
-            stats.objects.n_drawn += 1;
-        }
+/// What became of the objects, and of the triangles of those that are not drawn; those that are not are
+/// not looked at, however many there are.
+fn count(prepared: &Prepared, planes: &mut [Option<PlaneMask>], stats: &mut FrameStats) {
+    let triangles_of = |item: u32| u64::from(prepared.items()[item as usize].n_triangles);
+    let mut n_of_empty = 0;
+    for &item in prepared.empty_items() {
+        planes[item as usize] = None;
+        n_of_empty += triangles_of(item);
     }
+    let (mut n_drawn, mut n_of_drawn) = (0, 0);
+    for (item, _) in (0..).zip(&*planes).filter(|(_, planes)| planes.is_some()) {
+        n_drawn += 1;
+        n_of_drawn += triangles_of(item);
+    }
+    let (n_in, n_empty) = (planes.len() as u64, prepared.empty_items().len() as u64);
+    let objects = &mut stats.objects;
+    objects.n_in += n_in;
+    objects.n_empty += n_empty;
+    objects.n_drawn += n_drawn;
+    objects.n_outside += n_in - n_empty - n_drawn;
+    stats.triangles +=
+        SetupCounters { n_in: n_of_empty, n_not_finite: n_of_empty, ..SetupCounters::default() };
+    stats.n_triangles_of_culled_objects += prepared.n_triangles() - n_of_empty - n_of_drawn;
 }
 
 /// A view, ready to be asked about objects one by one.

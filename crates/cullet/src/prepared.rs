@@ -37,6 +37,9 @@ pub struct Prepared {
     scene: Scene,
     textures: Vec<Texture>,
     items: Vec<Item>,
+    /// Items without a triangle whose corners are numbers.
+    empty: Vec<u32>,
+    n_triangles: u64,
     /// By mesh.
     clusters: Vec<Clusters>,
     hierarchy: Hierarchy,
@@ -68,6 +71,8 @@ impl Prepared {
             item
         });
         let items: Vec<Item> = items.collect();
+        let empty = (0..).zip(&items).filter(|(_, item)| item.bounds.is_empty());
+        let empty = empty.map(|(i, _)| i).collect();
         let boxes: Vec<Aabb> = items.iter().map(|item| item.bounds).collect();
         let start = Instant::now();
         let textures = textures(&mut scene, thread_count(threads));
@@ -75,7 +80,16 @@ impl Prepared {
         srgb::encode8(0.0); // its table is made at the first use, which no frame should pay for
         let hierarchy = Hierarchy::build(&boxes);
         let clusters = clusters(&scene.meshes, thread_count(threads));
-        Ok(Prepared { scene, textures, items, clusters, hierarchy, pyramid_time })
+        Ok(Prepared {
+            scene,
+            textures,
+            items,
+            empty,
+            n_triangles,
+            clusters,
+            hierarchy,
+            pyramid_time,
+        })
     }
 
     /// The scene as loaded (its image bytes have moved into the texture pyramids).
@@ -86,6 +100,16 @@ impl Prepared {
     /// The objects, in scene order.
     pub fn items(&self) -> &[Item] {
         &self.items
+    }
+
+    /// Items that have nothing to show, whatever the view.
+    pub(crate) fn empty_items(&self) -> &[u32] {
+        &self.empty
+    }
+
+    /// Triangles of all items.
+    pub(crate) fn n_triangles(&self) -> u64 {
+        self.n_triangles
     }
 
     /// The tree over the boxes of the items.
