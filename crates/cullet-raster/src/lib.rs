@@ -48,7 +48,7 @@ pub use fragment::Fragment;
 pub use interpolate::Interpolator;
 pub use placed::MAX_VERTICES;
 pub use precision::{DepthKind, Precision, SubpixelBits, Transforms};
-pub use prefetch::prefetch;
+pub use prefetch::{prefetch, prefetch_all};
 pub use samples::{Offset, Samples};
 pub use setup::{Facing, Placer, ScreenTriangle, SetupCounters, Triangles, Vertex, set_up};
 pub use shares4::{BLOCK, Corners4, Placement, Shares4, shares4};

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use cullet_cull::Aabb;
-use cullet_raster::{Fragment, Interpolator};
+use cullet_raster::{Fragment, Interpolator, prefetch_all};
 use cullet_scene::AlphaMode;
 use cullet_shade::wide::encode_all;
 use cullet_shade::{Encoding, Look, Needs, PointLight, Surface, Triangle, alpha, base_color, uv};
@@ -179,6 +179,8 @@ pub(crate) fn fill_background_from(
     for y in 0..height as usize {
         let start = first + y * out.stride;
         let row = start..start + width as usize;
+        let later = start + ROWS_AHEAD * out.stride;
+        prefetch_all(out.rgba8, later..later + width as usize);
         if let Some(row) = out.linear.get_mut(row.clone()) {
             row.fill(settings.background);
         } else if let Some(row) = out.rgba8.get_mut(row) {
@@ -186,6 +188,9 @@ pub(crate) fn fill_background_from(
         }
     }
 }
+
+/// Rows are sent for so many before they are written.
+const ROWS_AHEAD: usize = 8;
 
 /// Encodes the linear picture of a rectangle, where there is one, into bytes, where they are
 /// wanted.

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use cullet_raster::prefetch;
 use fearless_simd::{Level, Simd, dispatch, f32x4, f32x8, mask32x8, prelude::*, u32x8};
 use glam::{Vec2, Vec3, Vec4};
 
@@ -162,6 +163,12 @@ fn paint_all<S: Simd, const POINT: bool, const SPECIAL: bool>(
             return;
         }
         let n = n_pixels.div_ceil(8);
+        // Stores that miss the caches hold up what comes after them as loads do.
+        if let Out::Bytes(out) = &*out {
+            for i in 0..n {
+                prefetch(out, stage.places.out(i)[0] as usize);
+            }
+        }
         for i in 0..n {
             paint.place::<_, SPECIAL>(simd, records, colors, stage, i);
             if POINT && let Some(light) = &paint.point {
