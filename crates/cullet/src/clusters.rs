@@ -102,6 +102,13 @@ impl Clusters {
         &self.list
     }
 
+    /// How many triangles some of them have, which follow each other.
+    pub fn n_triangles(&self, range: std::ops::Range<u32>) -> u64 {
+        let Some(last) = range.end.checked_sub(1) else { return 0 };
+        let (first, last) = (&self.list[range.start as usize], &self.list[last as usize]);
+        u64::from(last.first_triangle + last.n_triangles - first.first_triangle)
+    }
+
     /// One of them, as the rasterizer takes it.
     pub fn geometry(&self, index: usize) -> cullet_raster::Cluster<'_> {
         let cluster = &self.list[index];

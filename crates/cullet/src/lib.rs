@@ -34,6 +34,7 @@ mod items;
 mod legend;
 mod loading;
 mod multisample;
+mod occluders;
 mod passes;
 mod prepared;
 mod raycast;

@@ -6,6 +6,7 @@ use cullet_cull::{Frustum, planes_cutting};
 use cullet_raster::Samples;
 use cullet_transform::{PlaneMask, View};
 
+use crate::occluders::Occluders;
 use crate::schedule::for_each;
 use crate::screen_box::{Lens, ScreenBox};
 use crate::{CullTest, Prepared, Settings};
@@ -52,6 +53,7 @@ pub struct ClusterCounters {
 pub(crate) struct VisibleClusters {
     /// Items drawn, and before each the number of clusters of those before it.
     drawn: Vec<(u32, u32)>,
+    occluders: Occluders,
     jobs: Vec<Job>,
     /// In the order in which they are found, and numbers in it, nearest first.
     found: Vec<VisibleCluster>,
@@ -88,6 +90,8 @@ impl VisibleClusters {
             self.drawn.push((item_idx, n_clusters));
             n_clusters += prepared.clusters(item_idx as usize).list().len() as u32;
         }
+        let items = self.drawn.iter().map(|(item_idx, _)| *item_idx);
+        self.occluders.find(prepared, view, settings, items, n_clusters);
         let n_jobs = (n_clusters as usize).div_ceil(JOB_CLUSTERS);
         if self.jobs.len() < n_jobs {
             self.jobs.resize_with(n_jobs, Job::default);
@@ -105,6 +109,7 @@ impl VisibleClusters {
             planes,
             frustum: frustum.relative_to_eye(),
             drawn: &self.drawn,
+            occluders: &self.occluders,
         };
         for_each(threads, self.jobs[..n_jobs].iter_mut(), |job| tester.run(job));
         self.found.clear();
@@ -114,6 +119,7 @@ impl VisibleClusters {
             self.found.append(&mut job.list);
             self.counters.n_outside += job.counters.n_outside;
             self.counters.n_between_samples += job.counters.n_between_samples;
+            self.counters.n_hidden += job.counters.n_hidden;
             self.n_triangles_culled += job.n_triangles_culled;
         }
         self.order.clear();
@@ -148,6 +154,7 @@ impl VisibleClusters {
         (self.found.capacity() + self.sorted.capacity() + jobs) * size_of::<VisibleCluster>()
             + 8 * (self.order.capacity() + self.drawn.capacity())
             + self.jobs.capacity() * size_of::<Job>()
+            + self.occluders.bytes()
     }
 }
 
@@ -159,6 +166,7 @@ struct Tester<'a> {
     planes: &'a [Option<PlaneMask>],
     frustum: Frustum,
     drawn: &'a [(u32, u32)],
+    occluders: &'a Occluders,
 }
 
 impl Tester<'_> {
@@ -180,18 +188,27 @@ impl Tester<'_> {
     /// Some clusters of an item.
     fn item(&self, job: &mut Job, item_idx: u32, range: std::ops::Range<u32>) {
         let item = &self.prepared.items()[item_idx as usize];
-        let clusters = self.prepared.clusters(item_idx as usize).list();
+        let clusters = self.prepared.clusters(item_idx as usize);
         let asked = self.planes[item_idx as usize].unwrap_or_default();
         let clip_from_model = self.view.clip_from_model(&item.world_from_model);
-        let relative_from_model = self.view.relative_from_model(&item.world_from_model);
-        // A single cluster has the box that was tested already.
-        let test = self.settings.cull != CullTest::None && clusters.len() > 1 && !asked.is_empty();
         let lens = Lens {
             viewport: self.view.viewport(),
             samples: self.samples,
             precision: self.settings.precision(),
             simd: self.settings.simd,
         };
+        if range.len() > 1 && self.occluders.are_known() {
+            let shown = ScreenBox::of(&item.bounds_model, &clip_from_model, &lens);
+            if !shown.is_empty() && self.occluders.hide(&shown) {
+                job.counters.n_hidden += range.len() as u64;
+                job.n_triangles_culled += clusters.n_triangles(range);
+                return;
+            }
+        }
+        let clusters = clusters.list();
+        let relative_from_model = self.view.relative_from_model(&item.world_from_model);
+        // A single cluster has the box that was tested already.
+        let test = self.settings.cull != CullTest::None && clusters.len() > 1 && !asked.is_empty();
         for cluster_idx in range {
             let cluster = &clusters[cluster_idx as usize];
             let planes = match test {
@@ -209,6 +226,11 @@ impl Tester<'_> {
             let shown = ScreenBox::of(&cluster.bounds, &clip_from_model, &lens);
             if shown.is_empty() {
                 job.counters.n_between_samples += 1;
+                job.n_triangles_culled += u64::from(cluster.n_triangles);
+                continue;
+            }
+            if self.occluders.hide(&shown) {
+                job.counters.n_hidden += 1;
                 job.n_triangles_culled += u64::from(cluster.n_triangles);
                 continue;
             }
