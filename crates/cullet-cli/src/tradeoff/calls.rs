@@ -47,6 +47,8 @@ pub struct Call {
     pub time: Summary,
     /// Over those of the first, round by round.
     pub ratio: Summary,
+    /// Its median in each part of the run, over that of all.
+    pub parts: Vec<f64>,
     /// Largest error.
     pub error: f64,
 }
@@ -68,6 +70,8 @@ struct OfRange {
     angles: Vec<f64>,
     /// Seconds of a million calls, by way and round.
     seconds: [Vec<f64>; 5],
+    /// How many rounds there were after each part.
+    ends: Vec<usize>,
 }
 
 impl Calls {
@@ -85,6 +89,7 @@ impl Calls {
             scene: range.scene,
             angles: (0..SAMPLE).map(|i| range.most * place(i)).collect(),
             seconds: Default::default(),
+            ends: Vec::new(),
         };
         Calls { ways, ranges: RANGES.iter().map(of_range).collect(), left: Vec::new() }
     }
@@ -118,6 +123,7 @@ impl Calls {
             for (known, new) in range.seconds.iter_mut().zip(seconds) {
                 known.extend(new.iter().map(|s| s * f64::from(CALLS) / f64::from(SAMPLE)));
             }
+            range.ends.push(range.seconds[0].len());
         }
     }
 
@@ -128,9 +134,15 @@ impl Calls {
             let call = |((value, way), own): (&(&'static str, SinCos), &Vec<f64>)| {
                 let Comparison { b: time, ratios: ratio, .. } =
                     Comparison::of(&range.seconds[0], own).expect("at least one round");
+                let starts = std::iter::once(&0).chain(&range.ends);
+                let parts = starts.zip(&range.ends).map(|(&start, &end)| {
+                    Comparison::of(&range.seconds[0][start..end], &own[start..end])
+                        .expect("at least one round")
+                });
+                let parts = parts.map(|part| part.ratios.median / ratio.median).collect();
                 let errors = range.angles.iter().map(|&angle| error(way, angle));
                 let (scene, error) = (range.scene, errors.fold(0.0, f64::max));
-                Call { scene, value, time, ratio, error }
+                Call { scene, value, time, ratio, parts, error }
             };
             ways.map(call).collect()
         };
@@ -164,6 +176,8 @@ mod tests {
             for (call, (name, way)) in of_range.iter().zip(&calls.ways) {
                 assert_eq!((call.value, call.scene, call.ratio.n), (*name, range.scene, 6));
                 assert!(call.error <= way.error(), "{name}: {}", call.error);
+                assert_eq!(call.parts.len(), 2);
+                assert!(call.parts.iter().all(|part| *part > 0.0));
             }
         }
     }

@@ -68,10 +68,17 @@ pub fn of_median(summary: &Summary) -> f64 {
     }
 }
 
-/// How far ratios may be off by what stays the same in all rounds of a run: the 95% interval of what so few
-/// copies of the default are off from it, by Student's distribution ("The Probable Error of a Mean", 1908).
+/// How far ratios may be off by what stays the same in all rounds of a run: by what the copies of the default are
+/// off from it.
 pub fn of_controls(controls: &[Comparison]) -> f64 {
-    let quantile = match controls.len() {
+    let ratios: Vec<f64> = controls.iter().map(|control| control.ratios.median).collect();
+    of_parts(&ratios)
+}
+
+/// How far a ratio may be off that was found `parts` times at different times and places, each here over what was
+/// found of all: the 95% interval of so few, by Student's distribution ("The Probable Error of a Mean", 1908).
+pub fn of_parts(parts: &[f64]) -> f64 {
+    let quantile = match parts.len() {
         0 => return f64::INFINITY,
         1 => 12.71,
         2 => 4.303,
@@ -79,8 +86,8 @@ pub fn of_controls(controls: &[Comparison]) -> f64 {
         4 => 2.776,
         _ => 2.571,
     };
-    let squares = controls.iter().map(|control| (control.ratios.median - 1.0).powi(2));
-    quantile * (squares.sum::<f64>() / controls.len() as f64).sqrt()
+    let squares = parts.iter().map(|part| (part - 1.0).powi(2));
+    quantile * (squares.sum::<f64>() / parts.len() as f64).sqrt()
 }
 
 /// How far the median ratio of a row may be off: by chance, and by what [`of_controls`] says.

@@ -144,6 +144,9 @@ pub fn run(args: &TradeoffArgs) -> Result<(), Failure> {
     // All before anything is measured or made: a name that is wrong says so at once.
     let loaded: Vec<Loaded> =
         args.scenes.iter().map(|path| Loaded::new(path, args)).collect::<Result<_, _>>()?;
+    if args.out.as_os_str() == "-" {
+        return Err(Failure::usage("--out -: several files are written; name a folder for them"));
+    }
     let made = !args.out.exists();
     if made {
         let cannot = |error| Failure::output(format!("{}: {error}", args.out.display()));

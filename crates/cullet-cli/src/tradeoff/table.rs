@@ -106,10 +106,6 @@ pub fn of_scene(scene: &str, measured: &SceneMeasured) -> Vec<Row> {
     rows
 }
 
-/// What ratios of calls differ by between runs of the same program, measured: much depends on what runs on
-/// the other half of the core, and no copy of `libm`'s loop in the same run would tell.
-const BETWEEN_RUNS: f64 = 0.2;
-
 /// The rows of what is measured by the call, over one range of angles.
 pub fn of_calls(calls: &[Call]) -> Vec<Row> {
     let row = |(configuration, call): (usize, &Call)| Row {
@@ -119,7 +115,7 @@ pub fn of_calls(calls: &[Call]) -> Vec<Row> {
         time_ms: rounded(1e3 * calls[0].time.median * call.ratio.median),
         time_ratio: rounded(call.ratio.median),
         spread: rounded(call.ratio.spread()),
-        time_doubt: rounded(doubt::of_median(&call.ratio).hypot(BETWEEN_RUNS)),
+        time_doubt: rounded(doubt::of_row(&call.ratio, doubt::of_parts(&call.parts))),
         metric: Metric::MaxAbs,
         error: rounded(call.error),
         error_by_halves: None,
