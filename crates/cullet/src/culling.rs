@@ -87,8 +87,7 @@ fn walk(
     stats.boxes_tested += walked.nodes.tested + walked.items.tested + n_asked;
 }
 
-/// What became of the objects, and of the triangles of those that are not drawn; those that are not are
-/// not looked at, however many there are.
+/// What became of the objects, and of the triangles of those that are not drawn, whose items are not read.
 fn count(prepared: &Prepared, planes: &mut [Option<PlaneMask>], stats: &mut FrameStats) {
     let triangles_of = |item: u32| u64::from(prepared.items()[item as usize].n_triangles);
     let mut n_of_empty = 0;
@@ -153,6 +152,64 @@ impl<'a> Culler<'a> {
         match &self.sat {
             Some(sat) => sat.visible(bounds),
             None => visible(self.test, &self.frustum, bounds),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use cullet_scene::{Mesh, synth};
+    use cullet_transform::{Camera, Projection, Viewport};
+    use glam::{DVec3, Vec3};
+
+    use super::*;
+
+    /// Whether the tree is asked or not: as many objects as each kept one by one, and their triangles.
+    #[test]
+    fn counts_are_those_of_asking_each_object() {
+        let mut scene = synth::synth("box-grid:5").unwrap();
+        let mut nothing = scene.objects[7].clone();
+        nothing.mesh = scene.meshes.len();
+        scene.objects.insert(3, nothing);
+        scene.meshes.push(Mesh {
+            positions: vec![Vec3::NAN; 3],
+            triangles: vec![[0, 1, 2]; 5],
+            ..Mesh::default()
+        });
+        let prepared = Prepared::new(scene).unwrap();
+        let look = |eye: DVec3, at: DVec3| {
+            let lens = Projection::Perspective { yfov: 0.6, near: 0.1, far: f64::INFINITY };
+            let camera = Camera::look_at(eye, at, DVec3::Y, lens).unwrap();
+            View::new(&camera, Viewport::new(64, 48).unwrap())
+        };
+        let middle = prepared.bounds().center();
+        let (view, other) =
+            (look(middle, DVec3::X * 99.0), look(middle, DVec3::new(50.0, 9.0, 50.0)));
+        let all: u64 = prepared.items().iter().map(|item| u64::from(item.n_triangles)).sum();
+        for test in [Test::None, Test::Corners, Test::PVertex, Test::Reverse, Test::Both, Test::Sat]
+        {
+            for (hierarchy, cull_view) in [(false, None), (true, None), (true, Some(other))] {
+                let settings = Settings { cull: test, hierarchy, cull_view, ..Settings::default() };
+                let (mut planes, mut stats) = (Vec::new(), FrameStats::default());
+                cull(&prepared, &view, &settings, &mut planes, &mut stats);
+                let unused = &mut FrameStats::default();
+                let mut drawn = (0, 0);
+                for item in prepared.items().iter().filter(|item| !item.bounds.is_empty()) {
+                    let kept = Culler::new(&view, test).planes(item, unused).is_some()
+                        && cull_view.is_none_or(|other| {
+                            Culler::new(&other, test).planes(item, unused).is_some()
+                        });
+                    if kept {
+                        drawn = (drawn.0 + 1, drawn.1 + u64::from(item.n_triangles));
+                    }
+                }
+                let objects = stats.objects;
+                assert_eq!((objects.n_in, objects.n_empty, objects.n_drawn), (126, 1, drawn.0));
+                assert_eq!(objects.n_outside, 125 - drawn.0);
+                assert_eq!(stats.triangles.n_not_finite, 5);
+                assert_eq!(stats.n_triangles_of_culled_objects, all - 5 - drawn.1);
+                assert!(test == Test::None || (0 < drawn.0 && drawn.0 < 100), "{test:?}");
+            }
         }
     }
 }

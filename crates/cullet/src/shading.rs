@@ -179,12 +179,12 @@ pub(crate) fn fill_background_from(
     for y in 0..height as usize {
         let start = first + y * out.stride;
         let row = start..start + width as usize;
-        let later = start + ROWS_AHEAD * out.stride;
-        prefetch_all(out.rgba8, later..later + width as usize);
         if let Some(row) = out.linear.get_mut(row.clone()) {
             row.fill(settings.background);
         } else if let Some(row) = out.rgba8.get_mut(row) {
             row.fill(code);
+            let later = start + ROWS_AHEAD * out.stride;
+            prefetch_all(out.rgba8, later..later + width as usize);
         }
     }
 }

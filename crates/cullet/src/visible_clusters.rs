@@ -55,8 +55,9 @@ pub(crate) struct VisibleClusters {
     drawn: Vec<(u32, u32)>,
     occluders: Occluders,
     jobs: Vec<Job>,
-    /// In the order in which they are found, and numbers in it, nearest first.
+    /// In the order in which they are found.
     found: Vec<VisibleCluster>,
+    /// Numbers in `found`, nearest first; depths take the upper halves.
     order: Vec<u64>,
     /// Nearest first.
     pub sorted: Vec<VisibleCluster>,
