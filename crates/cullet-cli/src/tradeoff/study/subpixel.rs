@@ -18,7 +18,7 @@ use super::{Claim, Random, Study};
 use crate::exit::Failure;
 
 /// Pixels along a side of the picture, a whole number of cells.
-const SIDE: u32 = 2048;
+const SIDE: u32 = 3072;
 const CELL: u32 = 8;
 
 /// The grids, and what is expected of them.
