@@ -34,6 +34,10 @@ const FEW_TRIANGLES: u32 = 64;
 /// Fewer clusters are not worth the trouble.
 const MANY_CLUSTERS: u32 = 2048;
 
+/// Cells are looked at no more often than this in a frame, so that thousands of layers of large triangles cost no more
+/// than what they may save: some forty times all cells of 1920 x 1080 px.
+const MOST_LOOKS: usize = 20_000;
+
 /// Corners farther than this from the picture's are not looked at, px: they may be clipped.
 const FAR_OUT: f64 = 8192.0;
 
@@ -43,6 +47,8 @@ pub(crate) struct Occluders {
     columns: usize,
     /// Row by row; none at all where nothing is known.
     keys: Vec<i32>,
+    /// How often cells may be looked at yet.
+    looks_left: usize,
 }
 
 impl Occluders {
@@ -65,7 +71,11 @@ impl Occluders {
         let size = DVec2::new(viewport.width().into(), viewport.height().into());
         self.columns = viewport.width().div_ceil(CELL) as usize;
         self.keys.resize(self.columns * viewport.height().div_ceil(CELL) as usize, i32::MIN);
+        self.looks_left = MOST_LOOKS;
         for item in items {
+            if self.looks_left == 0 {
+                return;
+            }
             let item = &prepared.items()[item as usize];
             let is_simple = item.n_triangles <= FEW_TRIANGLES && !item.masked;
             if !is_simple || !is_large(item, view) {
@@ -138,6 +148,10 @@ impl Occluders {
         let rows = self.keys.len() / self.columns;
         for row in range(low.y, high.y, rows) {
             for column in range(low.x, high.x, self.columns) {
+                if self.looks_left == 0 {
+                    return;
+                }
+                self.looks_left -= 1;
                 let corner = DVec2::new(column as f64, row as f64) * side;
                 let mut farthest = f64::INFINITY;
                 for (right, down) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)] {
@@ -356,5 +370,23 @@ mod tests {
         // 210 px high are 1.69 at this distance: the wall is 62 px wide, then 300.
         assert_eq!(known(0.25), 0);
         assert!((2..12).contains(&known(1.2)));
+    }
+
+    /// Thousands of layers are looked at as far as the looks last, and nothing is lost.
+    #[test]
+    fn many_layers_cost_what_few_do() {
+        let mut scene = balls_behind(DAffine3::IDENTITY);
+        for i in 0..2000 {
+            let at = DVec3::new(0.0, 0.0, -9.0 + f64::from(i) * 0.003);
+            let wall = DAffine3::from_translation(at) * DAffine3::from_scale(DVec3::splat(9.0));
+            put(&mut scene, 1, wall);
+        }
+        let ([all, some], _) = draw(scene.clone(), &view(EYE), &Settings::default());
+        assert!(all.rgba8 == some.rgba8);
+        let prepared = Prepared::new(scene).unwrap();
+        let mut occluders = Occluders::default();
+        let items = 0..prepared.items().len() as u32;
+        occluders.find(&prepared, &view(EYE), &Settings::default(), items, MANY_CLUSTERS);
+        assert_eq!(occluders.looks_left, 0);
     }
 }
