@@ -18,7 +18,7 @@ frame() {
 
 printf '| extreme | instructions per frame | ordinary twin | ratio |\n| --- | ---: | ---: | ---: |\n'
 status=0
-names=$("$cullet" synth --list | grep -o '^extreme:[a-z-]*')
+names=$("$cullet" synth --list | grep -o '^extreme:[a-z-]\+')
 for name in $names; do
     extreme=$(frame "$name")
     ordinary=$(frame "$name:ordinary")
