@@ -34,8 +34,8 @@ const FEW_TRIANGLES: u32 = 64;
 /// Fewer clusters are not worth the trouble.
 const MANY_CLUSTERS: u32 = 2048;
 
-/// Cells are looked at no more often than this in a frame, so that thousands of layers of large triangles cost no more
-/// than what they may save: some forty times all cells of 1920 x 1080 px.
+/// Cells and triangles are looked at no more often than this in a frame, so that thousands of layers, or of large
+/// objects that cover nothing, cost no more than what they may save: some forty times all cells of 1920 x 1080 px.
 const MOST_LOOKS: usize = 20_000;
 
 /// Corners farther than this from the picture's are not looked at, px: they may be clipped.
@@ -47,7 +47,7 @@ pub(crate) struct Occluders {
     columns: usize,
     /// Row by row; none at all where nothing is known.
     keys: Vec<i32>,
-    /// How often cells may be looked at yet.
+    /// How often cells and triangles may be looked at yet.
     looks_left: usize,
 }
 
@@ -83,6 +83,7 @@ impl Occluders {
             }
             let clip_from_model = view.clip_from_model(&item.world_from_model);
             let mesh = prepared.mesh(item);
+            self.looks_left = self.looks_left.saturating_sub(mesh.triangles.len());
             let mut before: Option<Face> = None;
             for corners in &mesh.triangles {
                 let points = corners.map(|i| mesh.positions[i as usize]);
@@ -193,8 +194,7 @@ impl Face {
             Facing::Clockwise => area > 0.0,
             Facing::CounterClockwise => area < 0.0,
         };
-        let is_inside =
-            |p: &DVec3| p.truncate().abs().max_element() <= FAR_OUT && (0.0..=1.0).contains(&p.z);
+        let is_inside = |p: &DVec3| p.x.abs() <= FAR_OUT && p.y.abs() <= FAR_OUT && p.z >= 0.0;
         // False for NaN.
         (is_seen && corners.iter().all(is_inside)).then_some(Face { points, corners, area })
     }
@@ -228,11 +228,13 @@ impl Face {
     }
 }
 
-/// Px from the upper left corner of the picture, and depth; not finite where it is not before the eye.
+/// Px from the upper left corner of the picture, and depth; not a number where the rasterizer may cut at the near or
+/// the far plane, which it asks by the same comparisons: a quotient could be rounded to the other side.
 fn screen(clip_from_model: &DMat4, point: DVec3, size: DVec2) -> DVec3 {
     let clip = *clip_from_model * point.extend(1.0);
-    let over_w = if clip.w > 0.0 { 1.0 / clip.w } else { f64::NAN };
-    let ndc = clip.truncate() * over_w;
+    let is_between = clip.w > 0.0 && 0.0 <= clip.z && clip.z <= clip.w; // false for NaN
+    let w = if is_between { clip.w } else { f64::NAN };
+    let ndc = clip.truncate() / w;
     DVec3::new((0.5 + 0.5 * ndc.x) * size.x, (0.5 - 0.5 * ndc.y) * size.y, ndc.z)
 }
 
@@ -257,7 +259,7 @@ mod tests {
     use glam::{DAffine3, DQuat};
 
     use super::*;
-    use crate::{Antialias, Frame, Pass, Passes, Renderer};
+    use crate::{Antialias, CullTest, Frame, Pass, Passes, Renderer};
 
     fn put(scene: &mut Scene, mesh: usize, place: DAffine3) {
         let (node, name) = (scene.nodes.len(), format!("{}", scene.objects.len()));
@@ -265,9 +267,9 @@ mod tests {
         scene.objects.push(Object { name, node, mesh, material: 0, world_from_model: place });
     }
 
-    /// Forty balls of some hundred clusters each, and a wall of two triangles between them and the eye.
+    /// Forty balls of some sixty clusters each, and a wall of two triangles between them and the eye.
     fn balls_behind(wall: DAffine3) -> Scene {
-        let mut scene = synth::synth("sphere:70").unwrap();
+        let mut scene = synth::synth("sphere:90").unwrap();
         let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
         scene.meshes.push(Mesh {
             positions: corners.map(|[x, y]| Vec3::new(x, y, 0.0)).to_vec(),
@@ -301,6 +303,7 @@ mod tests {
             let stats = Renderer::default().render(&prepared, view, &settings, &mut frames[i]);
             let clusters = stats.clusters;
             hidden[i] = clusters.n_hidden;
+            assert!(clusters.n_in >= MANY_CLUSTERS.into(), "{}", clusters.n_in);
             assert_eq!(
                 clusters.n_in,
                 clusters.n_outside
@@ -370,6 +373,22 @@ mod tests {
         // 210 px high are 1.69 at this distance: the wall is 62 px wide, then 300.
         assert_eq!(known(0.25), 0);
         assert!((2..12).contains(&known(1.2)));
+    }
+
+    /// A wall that the near plane has just cut off hides nothing, however its depth is rounded.
+    #[test]
+    fn what_the_near_plane_cuts_off_hides_nothing() {
+        for depth in [1.5_f64, 1.9, 3.0, 3.3, 3.5] {
+            let place = DAffine3::from_translation(DVec3::new(0.0, 0.0, -depth));
+            let scene = balls_behind(place * DAffine3::from_scale(DVec3::splat(9.0)));
+            for near in [depth.next_down(), depth, depth.next_up(), 1.000_01 * depth] {
+                let lens = Projection::Perspective { yfov: 0.8, near, far: f64::INFINITY };
+                // Or else the wall is left out as an object, and nobody looks at it.
+                let settings = Settings { cull: CullTest::None, ..Settings::default() };
+                let ([all, some], _) = draw(scene.clone(), &view(lens), &settings);
+                assert!(all.rgba8 == some.rgba8, "{depth}, {near}");
+            }
+        }
     }
 
     /// Thousands of layers are looked at as far as the looks last, and nothing is lost.

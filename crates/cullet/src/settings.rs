@@ -52,7 +52,7 @@ pub struct Settings {
     pub cull: CullTest,
     /// Ask the tree over all objects first, where it serves the test (`PVertex`, `Both`, `Sat`).
     pub hierarchy: bool,
-    /// Leave out, tile by tile, what lies wholly behind what has been drawn there. Never changes a
+    /// Leave out what lies wholly behind large triangles, and, tile by tile, behind what has been drawn. Never changes a
     /// pixel.
     pub occlusion: bool,
     /// Pixels along a side of the tiles that the picture is drawn in: a multiple of 8 from 8 to 256, others

@@ -42,7 +42,7 @@ pub struct ClusterCounters {
     pub n_outside: u64,
     /// Thrown out: too small to hold a sample.
     pub n_between_samples: u64,
-    /// Thrown out: hidden, in every tile, by what is nearer.
+    /// Thrown out: hidden by what is nearer, in every tile or with the whole object, which may reach out of the view.
     pub n_hidden: u64,
     /// Set up and rasterized in at least one tile.
     pub n_drawn: u64,
