@@ -52,8 +52,8 @@ pub struct Settings {
     pub cull: CullTest,
     /// Ask the tree over all objects first, where it serves the test (`PVertex`, `Both`, `Sat`).
     pub hierarchy: bool,
-    /// Leave out what lies wholly behind large triangles, and, tile by tile, behind what has been drawn. Never changes a
-    /// pixel.
+    /// Leave out what lies wholly behind large triangles, and, tile by tile, behind what has been drawn.
+    /// Never changes a pixel.
     pub occlusion: bool,
     /// Pixels along a side of the tiles that the picture is drawn in: a multiple of 8 from 8 to 256, others
     /// are rounded to one. Never changes a pixel.

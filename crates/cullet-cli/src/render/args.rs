@@ -131,7 +131,8 @@ pub struct RenderArgs {
     /// a pixel
     #[arg(long, value_enum, default_value = "on")]
     pub hierarchy: Switch,
-    /// Leave out, tile by tile, what lies behind what has been drawn; changes time, never a pixel
+    /// Leave out what lies behind large triangles and, tile by tile, behind what has been drawn; changes
+    /// time, never a pixel
     #[arg(long, value_enum, default_value = "on")]
     pub occlusion: Switch,
     /// Pixels along a side of the tiles that a picture is drawn in, a multiple of 8; changes time,
