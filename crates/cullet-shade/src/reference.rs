@@ -120,7 +120,7 @@ pub fn sample(texture: &Texture, uv: DVec2, duvdx: DVec2, duvdy: DVec2, filter: 
         Filter::Trilinear | Filter::Oversampled(_) => {
             let finer = bilinear(&mips.level(lod.floor() as usize), texture.wrap, uv);
             let coarser = bilinear(&mips.level(lod.ceil() as usize), texture.wrap, uv);
-            finer.lerp(coarser, lod.fract())
+            finer.lerp(coarser, libm::exp2(lod.fract()) - 1.0)
         }
     }
 }
@@ -144,13 +144,13 @@ pub(crate) fn pieces_are_clear(texture: &Texture, duvdx: DVec2, duvdy: DVec2) ->
     pieces(1.0 - 1e-5) == pieces(1.0 + 1e-5)
 }
 
-/// Level of detail, clamped to the levels there are.
+/// Level of detail as its logarithm, clamped to the levels there are.
 pub fn lod(texture: &Texture, duvdx: DVec2, duvdy: DVec2, filter: Filter) -> f64 {
     let base = texture.mips.level(0);
     let size = DVec2::new(f64::from(base.width()), f64::from(base.height()));
     let longer = (duvdx * size).length().max((duvdy * size).length());
-    (libm::log2(longer) - f64::from(filter.finer_by()))
-        .clamp(0.0, (texture.mips.n_levels() - 1) as f64)
+    let side = f64::from(filter.area()).sqrt();
+    libm::log2(longer * side).clamp(0.0, (texture.mips.n_levels() - 1) as f64)
 }
 
 /// All levels of an image, linear RGBA, from the areas that their texels cover.

@@ -34,8 +34,8 @@ pub(super) struct Sampler<'a> {
     wrap: [Wrap; 2],
     filter: Filter,
     arithmetic: Arithmetic,
-    /// Levels.
-    finer_by: f32,
+    /// The part of a pixel that a sample stands for.
+    area: f32,
 }
 
 impl<'a> Sampler<'a> {
@@ -61,7 +61,7 @@ impl<'a> Sampler<'a> {
             wrap: texture.wrap,
             filter,
             arithmetic,
-            finer_by: filter.finer_by(),
+            area: filter.area(),
         })
     }
 
@@ -158,23 +158,27 @@ impl<'a> Sampler<'a> {
         means
     }
 
-    /// Level of detail, in `0..=n_levels - 1`, of a footprint.
+    /// Level of detail, in `0..=n_levels - 1`, of a footprint, as in [`mod@crate::sampler`].
     #[inline(always)]
     pub fn lod8<S: Simd>(&self, simd: S, longer2: f32x8<S>) -> f32x8<S> {
         let (zero, one) = (f32x8::splat(simd, 0.0), f32x8::splat(simd, 1.0));
         let coarsest = f32x8::splat(simd, self.coarsest);
-        let lod = log2_8(longer2) * 0.5 - self.finer_by;
+        let longer2 = longer2 * self.area;
+        // Four times the area is a level, and two binary exponents.
+        let bits = longer2.bitcast::<i32x8<S>>();
+        let level = (bits - 1.0_f32.to_bits() as i32) >> 24;
+        let rest2 = (bits - (level << 24)).bitcast::<f32x8<S>>(); // of 1..4
+        let share = if self.filter == Filter::Bilinear {
+            // Halfway goes to the finer level.
+            rest2.simd_gt(f32x8::splat(simd, 2.0)).select(one, zero)
+        } else {
+            rest2.sqrt() - one
+        };
+        let lod = f32x8::float_from(level) + share;
         let lod = lod.simd_lt(coarsest).select(lod, coarsest);
-        let lod = lod.simd_gt(zero).select(lod, zero);
         let lod = longer2.simd_gt(one).select(lod, zero);
-        // Not a number; infinities have passed, their logarithm is 128.
-        let lod = longer2.simd_ge(zero).select(lod, coarsest);
-        if self.filter != Filter::Bilinear {
-            return lod;
-        }
-        // Halfway goes to the finer level.
-        let finer = f32x8::float_from(i32x8::truncate_from(lod));
-        (lod - finer).simd_gt(f32x8::splat(simd, 0.5)).select(finer + one, finer)
+        // Not a number.
+        longer2.simd_ge(zero).select(lod, coarsest)
     }
 
     /// Finds the texels around eight places, `8 * eight..` of `taps`. `lod` is as
@@ -412,27 +416,6 @@ fn pair<S: Simd>(simd: S, channels: &[u16]) -> f32x8<S> {
     f32x8::float_from(left.combine(right).bitcast::<i32x8<S>>())
 }
 
-/// Base 2 logarithm of numbers of at least 1, within 2e-7 and 1e-7 of itself; exact for powers of
-/// two; 128 for infinity.
-///
-/// The exponent, and of the mantissa `m` in 0.7..1.4 the series
-/// `2 / ln 2 (s + s^3 / 3 + s^5 / 5 + ...)` with `s = (m - 1) / (m + 1)`, four terms: what is left
-/// out is below 4.1e-8.
-/// Source: Abramowitz & Stegun, "Handbook of Mathematical Functions", 1964, 4.1.27.
-#[inline(always)]
-fn log2_8<S: Simd>(x: f32x8<S>) -> f32x8<S> {
-    const SQRT_HALF: i32 = 0x3f35_04f3;
-    const MANTISSA: i32 = 0x007f_ffff;
-    let shifted = x.bitcast::<i32x8<S>>() - SQRT_HALF;
-    let exponent = f32x8::float_from(shifted >> 23);
-    let m = ((shifted & MANTISSA) + SQRT_HALF).bitcast::<f32x8<S>>();
-    let s = (m - 1.0) / (m + 1.0);
-    let s2 = s * s;
-    let series = s2 * 0.412_198_58 + 0.577_078_04;
-    let series = (s2 * series + 0.961_796_7) * s2 + 2.885_39;
-    exponent + series * s
-}
-
 /// A coordinate brought into 0..=1, where the picture is; what is not a number becomes 0.
 #[inline(always)]
 fn fold8<S: Simd>(simd: S, u: f32x8<S>, wrap: Wrap) -> f32x8<S> {
@@ -475,33 +458,4 @@ fn neighbours8<S: Simd>(simd: S, place: f32x8<S>, n: i32x8<S>, wrap: Wrap) -> (i
     let x = x.simd_lt(last).select(x, last);
     let i = i32x8::truncate_from(x);
     (i, x - f32x8::float_from(i))
-}
-
-#[cfg(test)]
-mod tests {
-    use fearless_simd::{Level, dispatch};
-
-    use super::*;
-
-    fn log2(x: f32) -> f32 {
-        #[inline(always)]
-        fn first<S: Simd>(simd: S, x: f32) -> f32 {
-            <[f32; 8]>::from(log2_8(f32x8::splat(simd, x)))[0]
-        }
-        dispatch!(Level::new(), simd => first(simd, x))
-    }
-
-    #[test]
-    fn logarithms_are_within_their_stated_error() {
-        for bits in (1.0_f32.to_bits()..f32::MAX.to_bits()).step_by(4099) {
-            let x = f32::from_bits(bits);
-            let exact = libm::log2(f64::from(x));
-            let error = (f64::from(log2(x)) - exact).abs();
-            assert!(error <= 2e-7 + 1e-7 * exact, "{error:e} at {x:e}");
-        }
-        for exponent in 0..128 {
-            assert_eq!(log2(f32::from_bits((127 + exponent) << 23)), exponent as f32);
-        }
-        assert_eq!(log2(f32::INFINITY), 128.0);
-    }
 }

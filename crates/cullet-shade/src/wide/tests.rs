@@ -3,7 +3,7 @@
 use cullet_raster::{BLOCK, Interpolator, Placement, SubpixelBits};
 use cullet_scene::{Material, Mesh, Sampler, TextureRef, Wrap};
 use cullet_transform::{Camera, ClipPoint, PlaneMask, Projection, View, Viewport};
-use fearless_simd::Level;
+use fearless_simd::{Level, Simd, dispatch, f32x8, prelude::*};
 use glam::{DAffine3, DVec3, Vec2, Vec3, Vec4};
 use proptest::prelude::*;
 
@@ -51,6 +51,39 @@ fn sampled_by(texture: &Texture, uv: Vec2, [ddx, ddy]: [Vec2; 2], look: &Look) -
     paint(&of, &[run], &planes, scratch, &mut Out::Linear(&mut out), &mut left);
     assert!(left.is_empty());
     out[0]
+}
+
+/// What eight footprints of the same length get.
+fn lod8(sampler: &sampler::Sampler<'_>, ddx: Vec2, ddy: Vec2, level: Level) -> [f32; 8] {
+    #[inline(always)]
+    fn of<S: Simd>(simd: S, sampler: &sampler::Sampler<'_>, ddx: Vec2, ddy: Vec2) -> [f32; 8] {
+        let wide = |v: Vec2| [v.x, v.y].map(|v| f32x8::splat(simd, v));
+        sampler.lod8(simd, sampler.footprint8(wide(ddx), wide(ddy))).into()
+    }
+    dispatch!(level, simd => of(simd, sampler, ddx, ddy))
+}
+
+#[test]
+fn levels_of_detail_are_those_of_the_plain_code() {
+    let texture = Texture::new(&noise(64, 64, 5), Sampler::default());
+    let filters = [Filter::Bilinear, Filter::Trilinear, Filter::Oversampled(3)];
+    // Lengths in texels around each level and each middle between two, and what is no length.
+    let marks = (-4..9).flat_map(|i| [1.0, 1.5, 2.0_f32.sqrt()].map(|l| l * 2.0_f32.powi(i)));
+    let around = marks.flat_map(|l: f32| (0..7).map(move |d| f32::from_bits(l.to_bits() - 3 + d)));
+    let extremes = [0.0, 1e-45, 1e-30, 1e19, 1e38, f32::MAX, f32::INFINITY, f32::NAN];
+    for (length, filter) in around.chain(extremes).flat_map(|l| filters.map(|f| (l, f))) {
+        let sampler = sampler::Sampler::new(&texture, filter, Arithmetic::Float).unwrap();
+        let side = length / 64.0;
+        let along = [(Vec2::X, Vec2::ZERO), (Vec2::Y, Vec2::X), (Vec2::ONE, Vec2::Y)];
+        for (ddx, ddy) in along.map(|(x, y)| (x * side, y * side)) {
+            let plain = crate::sampler::lod(&texture, ddx, ddy, filter);
+            assert!((0.0..=6.0).contains(&plain));
+            for (name, level) in levels() {
+                let wide = lod8(&sampler, ddx, ddy, level);
+                assert_eq!(wide, [plain; 8], "{name} {filter:?} {length}");
+            }
+        }
+    }
 }
 
 proptest! {
