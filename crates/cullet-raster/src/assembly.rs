@@ -70,7 +70,8 @@ pub struct Assembly {
     /// Borders, units: left, right, upper, lower. The last group of eight is filled up with
     /// what no tile reaches.
     pub(crate) borders: [[i32; MAX_TRIANGLES]; 4],
-    /// Clipped and large triangles; all of them where the wide code does not serve.
+    /// Clipped and large triangles, nearest first; all triangles, as they come, where the wide code does
+    /// not serve.
     pub(crate) pieces: Vec<ScreenTriangle>,
     /// Ids of clipped triangles.
     clipped: Vec<u32>,
@@ -122,6 +123,8 @@ impl Assembly {
         self.counters = SetupCounters { n_in: n as u64, ..SetupCounters::default() };
         let mut job = Job { out: self, cluster, object, lens };
         dispatch!(level, simd => job.run(simd, n));
+        // Large triangles hide each other, and what is hidden costs little.
+        self.pieces.sort_unstable_by(|a, b| b.nearest().total_cmp(&a.nearest()));
     }
 
     /// What became of the triangles.

@@ -633,6 +633,33 @@ mod tests {
         assert!(shown > 100_000, "{shown}");
     }
 
+    /// Layers that fill the view, nearest last: only the nearest is drawn.
+    #[test]
+    fn large_triangles_of_a_cluster_are_drawn_nearest_first() {
+        let random = &mut Random(7);
+        let Case { object, .. } = case(random, 1.0, Facing::Both);
+        let distances = [5.0, 3.0, 4.0, 2.0, 1.0_f32];
+        let corners = [[-9.0, -9.0], [9.0, -9.0], [0.0, 18.0_f32]];
+        let of = |axis: fn([f32; 2], f32) -> f32| {
+            let places = distances.map(|distance| corners.map(|corner| axis(corner, distance)));
+            let mut list = places.as_flattened().to_vec();
+            list.resize(16, 0.0);
+            list
+        };
+        let [x, y, z] = [of(|[x, _], d| x * d), of(|[_, y], d| y * d), of(|_, d| -d)];
+        let corners: Vec<[u8; 4]> = (0..5).map(|i| [3 * i, 3 * i + 1, 3 * i + 2, 0]).collect();
+        let ids = [0, 1, 2, 3, 4];
+        let cluster = Cluster { positions: [&x, &y, &z], corners: &corners, ids: &ids };
+        for (level, samples) in levels().into_iter().flat_map(|l| Samples::ALL.map(|s| (l, s))) {
+            let (mut tile, mut assembly) = (TileBuffer::default(), Assembly::default());
+            assembly.assemble(level, &cluster, &Object { samples, ..object });
+            tile.begin([64, 64], 64, samples);
+            let n_won = draw(level, &mut tile, &assembly, None);
+            assert_eq!(n_won, 64 * 64 * samples.count() as u64, "{samples:?}");
+            assert!((0..64).all(|row| tile.ids(0, row).iter().all(|&id| id == 1004)));
+        }
+    }
+
     #[test]
     fn samples_without_matter_are_left_alone() {
         let random = &mut Random(5);

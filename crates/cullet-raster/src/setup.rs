@@ -103,6 +103,14 @@ pub struct ScreenTriangle {
     pub id: u32,
 }
 
+impl ScreenTriangle {
+    /// Depth of the nearest corner.
+    pub(crate) fn nearest(&self) -> f64 {
+        let [a, b, c] = self.depth;
+        a.max(b).max(c)
+    }
+}
+
 /// What became of the triangles given to [`set_up`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SetupCounters {
