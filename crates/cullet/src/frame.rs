@@ -56,8 +56,7 @@ impl Frame {
         self.len() == 0
     }
 
-    /// Takes a size, and empties pictures for `passes` of a frame where nothing is; colours, which
-    /// will be written everywhere, hold anything.
+    /// Takes a size, with pictures for `passes` that hold anything: all of them will be written everywhere.
     pub(crate) fn reset(&mut self, width: u32, height: u32, passes: Passes) {
         (self.width, self.height) = (width, height);
         let len = |pass| if passes.contains(pass) { self.len() } else { 0 };
@@ -67,13 +66,13 @@ impl Frame {
         let triangle = len(Pass::Triangle);
         self.rgba8.resize(rgba8, [0; 4]);
         self.linear.resize(linear, Vec4::ZERO);
-        refill(&mut self.depth, depth, f32::INFINITY);
-        refill(&mut self.normal, normal, Vec3::ZERO);
-        refill(&mut self.albedo, albedo, Vec4::ZERO);
-        refill(&mut self.uv, uv, Vec2::ZERO);
-        refill(&mut self.position, position, Vec3::ZERO);
-        refill(&mut self.id, id, 0);
-        refill(&mut self.triangle, triangle, 0);
+        self.depth.resize(depth, f32::INFINITY);
+        self.normal.resize(normal, Vec3::ZERO);
+        self.albedo.resize(albedo, Vec4::ZERO);
+        self.uv.resize(uv, Vec2::ZERO);
+        self.position.resize(position, Vec3::ZERO);
+        self.id.resize(id, 0);
+        self.triangle.resize(triangle, 0);
     }
 
     /// Empties the pictures of `colors` and gives them their size; data stays as it is.
@@ -184,6 +183,23 @@ impl<'a> Target<'a> {
         }
     }
 
+    /// Empties the data among `passes` of `size` pixels, to the right and down: nothing is there.
+    pub(crate) fn clear_data(&mut self, size: [u32; 2], passes: Passes) {
+        let part = (size, self.stride);
+        for pass in Pass::ALL.into_iter().filter(|pass| passes.contains(*pass)) {
+            match pass {
+                Pass::Depth => clear(self.depth, part, f32::INFINITY),
+                Pass::Normal => clear(self.normal, part, Vec3::ZERO),
+                Pass::Albedo => clear(self.albedo, part, Vec4::ZERO),
+                Pass::Uv => clear(self.uv, part, Vec2::ZERO),
+                Pass::Position => clear(self.position, part, Vec3::ZERO),
+                Pass::Id => clear(self.id, part, 0),
+                Pass::Triangle => clear(self.triangle, part, 0),
+                Pass::Color | Pass::Linear => {}
+            }
+        }
+    }
+
     /// Up to pixel `at` and from there on.
     fn split_at(self, at: usize) -> (Target<'a>, Target<'a>) {
         let (rgba8, rgba8_rest) = split(self.rgba8, at);
@@ -217,6 +233,12 @@ impl<'a> Target<'a> {
 fn refill<T: Copy>(buffer: &mut Vec<T>, len: usize, value: T) {
     buffer.clear();
     buffer.resize(len, value);
+}
+
+fn clear<T: Copy>(picture: &mut [T], ([width, height], stride): ([u32; 2], usize), nothing: T) {
+    for row in picture.chunks_mut(stride).take(height as usize) {
+        row[..width as usize].fill(nothing);
+    }
 }
 
 fn from<T>(buffer: &mut [T], start: usize) -> &mut [T] {

@@ -111,6 +111,7 @@ impl Renderer {
                 let shaded = shade_bands(threads, region, frame, CAST_ROWS, |rect, out| {
                     let mut n_pixels = 0;
                     fill_background(settings, rect, out);
+                    out.clear_data([rect.width, rect.height], settings.passes);
                     caster.scan(rect, &mut |run, triangle| {
                         n_pixels += run.len as u64;
                         let (row, column) = ((run.y - rect.y) as usize, (run.x - rect.x) as usize);

@@ -3,6 +3,7 @@
 
 use cullet_raster::{NO_TRIANGLE, Precision, TileBuffer};
 use cullet_transform::{Kind, View};
+use fearless_simd::{Level, Simd, dispatch, f32x8, i32x8, prelude::*, u32x8};
 
 use crate::frame::Target;
 use crate::{Pass, Passes, Prepared, Region};
@@ -35,11 +36,31 @@ impl Distance {
     fn of(self, key: i32) -> f32 {
         self.shift / (f32::from_bits(key as u32) + self.scale)
     }
+
+    /// Of a row, infinite where there is no triangle.
+    #[inline(always)]
+    fn of_all<S: Simd>(self, simd: S, keys: &[i32], ids: &[u32], out: &mut [f32]) {
+        let nothing = u32x8::splat(simd, NO_TRIANGLE);
+        let (eights, rest) = out.as_chunks_mut::<8>();
+        let n = 8 * eights.len();
+        for (i, out) in eights.iter_mut().enumerate() {
+            let key = i32x8::from_slice(simd, &keys[8 * i..8 * i + 8]);
+            let id = u32x8::from_slice(simd, &ids[8 * i..8 * i + 8]);
+            let depth: f32x8<S> = key.bitcast();
+            let distance = f32x8::splat(simd, self.shift) / (depth + self.scale);
+            *out = id.simd_eq(nothing).select(f32x8::splat(simd, f32::INFINITY), distance).into();
+        }
+        for ((out, key), id) in rest.iter_mut().zip(&keys[n..]).zip(&ids[n..]) {
+            *out = if *id == NO_TRIANGLE { f32::INFINITY } else { self.of(*key) };
+        }
+    }
 }
 
 /// Fills those of `passes` that need nothing but `tile`, whose pixel `place` is the upper left one of
 /// `rect`. Returns which it has filled, and how many pixels show something.
+#[expect(clippy::too_many_arguments, reason = "what it reads and what it writes")]
 pub(crate) fn fill_data(
+    level: Level,
     prepared: &Prepared,
     distance: Option<Distance>,
     rect: Region,
@@ -59,10 +80,8 @@ pub(crate) fn fill_data(
         let to = row * out.stride..row * out.stride + width;
         n_pixels += ids.iter().filter(|id| **id != NO_TRIANGLE).count() as u64;
         if let Some(distance) = distance {
-            let keys = &keys[row * stride..][..width];
-            for ((out, key), id) in out.depth[to.clone()].iter_mut().zip(keys).zip(ids) {
-                *out = if *id == NO_TRIANGLE { f32::INFINITY } else { distance.of(*key) };
-            }
+            let (keys, out) = (&keys[row * stride..][..width], &mut out.depth[to.clone()]);
+            dispatch!(level, simd => distance.of_all(simd, keys, ids, out));
         }
         if with_triangle {
             for (out, id) in out.triangle[to.clone()].iter_mut().zip(ids) {
@@ -74,9 +93,8 @@ pub(crate) fn fill_data(
             for run in ids.chunk_by(|a, b| a == b) {
                 let (out, rest) = left.split_at_mut(run.len());
                 left = rest;
-                if run[0] != NO_TRIANGLE {
-                    out.fill(prepared.item_of(run[0]) as u32 + 1);
-                }
+                let is_there = run[0] != NO_TRIANGLE;
+                out.fill(if is_there { prepared.item_of(run[0]) as u32 + 1 } else { 0 });
             }
         }
     }

@@ -137,7 +137,7 @@ impl<'a> TileShader<'a> {
     ) -> u64 {
         let tile = &raster.buffer;
         if tile.is_empty() {
-            // Data is where nothing is from the start.
+            out.clear_data([rect.width, rect.height], passes);
             if passes.needs_color() {
                 fill_background(self.scene.settings, rect, out);
                 encode_linear(self.scene.settings, rect, out);
@@ -172,10 +172,12 @@ impl<'a> TileShader<'a> {
         }
         let data = passes.data();
         if data != Passes::NONE || !passes.needs_color() {
+            let (level, tile) = (scene.settings.simd, &raster.buffer);
             let (filled, n) =
-                fill_data(scene.prepared, self.distance, rect, &raster.buffer, place, data, out);
+                fill_data(level, scene.prepared, self.distance, rect, tile, place, data, out);
             n_pixels = n;
             let left = data.without(filled);
+            out.clear_data([rect.width, rect.height], left);
             // Clipped triangles have their distances from their corners.
             let clipped = if data.contains(Pass::Depth) { &raster.clipped[..] } else { &[] };
             if left != Passes::NONE || !clipped.is_empty() {
