@@ -100,7 +100,7 @@ pub struct Errors {
     /// Those that were asked for.
     pub values: Vec<(Metric, f64)>,
     /// The same against either half of the samples of the reference, where it is made of samples; of
-    /// shimmer, in either pan.
+    /// shimmer, in either pan; of triangles, in every other pixel and in those between.
     pub by_halves: Vec<(Metric, [f64; 2])>,
     /// FLIP by pixel, where it was asked for.
     pub map: Option<Arc<ErrorMap>>,
@@ -161,7 +161,14 @@ impl<'a> Measuring<'a> {
                 let mut frame = Frame::default();
                 let settings = Settings { passes, ..*drawn.settings };
                 renderer.render(drawn.prepared, drawn.view, &settings, &mut frame);
-                ids_differ_ppm(&reference.triangles, &frame.triangle)?
+                let (truth, seen) = (&reference.triangles, &frame.triangle);
+                let every_other = |ids: &[u32], first| -> Vec<u32> {
+                    ids.iter().skip(first).step_by(2).copied().collect()
+                };
+                let half =
+                    |first| ids_differ_ppm(&every_other(truth, first), &every_other(seen, first));
+                self.errors.by_halves.push((metric, [half(0)?, half(1)?]));
+                ids_differ_ppm(truth, seen)?
             }
             Metric::Shimmer => {
                 let pans = shimmer(drawn, renderer);

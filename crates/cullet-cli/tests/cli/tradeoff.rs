@@ -151,8 +151,8 @@ fn the_report_says_what_it_was_measured_on() {
             || row["knob"] == "subpixel-bits" && row["value"] != "8"
             || row["knob"] == "depth-format" && row["value"] != "f32";
         assert_eq!(row["plain_code"], is_plain, "{row}");
-        let of_samples = ["flip", "edge_rmse", "flat_rmse", "ssim_loss", "shimmer"];
-        let has_halves = of_samples.contains(&row["metric"].as_str().unwrap());
+        let sampled = ["flip", "edge_rmse", "flat_rmse", "ssim_loss", "shimmer", "id_ppm"];
+        let has_halves = sampled.contains(&row["metric"].as_str().unwrap());
         assert_eq!(!row["error_by_halves"].is_null(), has_halves, "{row}");
     }
     let kinds: BTreeSet<_> = json["findings"]
