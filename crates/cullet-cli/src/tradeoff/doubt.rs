@@ -8,9 +8,8 @@
 //!   Where many rivals are asked about one claim, intervals are widened to hold together ([`widened`]).
 //! * **Errors** against a picture made of samples are known as far as the samples are many: an order of
 //!   two errors is told only where their difference is larger than that by which the two halves of the
-//!   samples disagree about it, or the two pans that shimmer is measured in, or every other pixel and those
-//!   between, in which triangles are counted: a pixel more is chance. Other errors against exact references
-//!   have no doubt.
+//!   samples disagree about it; of shimmer and of counts of triangles, every other pixel and those between: a
+//!   pixel more is chance. Other errors against exact references have no doubt.
 //!
 //! What is within its doubt is neither so nor not so: [`Outcome::CannotTell`].
 

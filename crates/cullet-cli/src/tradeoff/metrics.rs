@@ -100,7 +100,7 @@ pub struct Errors {
     /// Those that were asked for.
     pub values: Vec<(Metric, f64)>,
     /// The same against either half of the samples of the reference, where it is made of samples; of
-    /// shimmer, in either pan; of triangles, in every other pixel and in those between.
+    /// shimmer and of triangles, in every other pixel and in those between.
     pub by_halves: Vec<(Metric, [f64; 2])>,
     /// FLIP by pixel, where it was asked for.
     pub map: Option<Arc<ErrorMap>>,
@@ -171,9 +171,9 @@ impl<'a> Measuring<'a> {
                 ids_differ_ppm(truth, seen)?
             }
             Metric::Shimmer => {
-                let pans = shimmer(drawn, renderer);
-                self.errors.by_halves.push((metric, pans));
-                0.5 * (pans[0] + pans[1])
+                let (whole, halves) = shimmer(drawn, renderer);
+                self.errors.by_halves.push((metric, halves));
+                whole
             }
             Metric::FalseVisible => {
                 // One that is lost is no less wrong than one that is kept.
@@ -228,12 +228,13 @@ const STEPS: u32 = 16;
 pub const SHIMMER_FRAMES: u32 = 2 * (STEPS + 1);
 
 /// The mean over pixels, channels and steps of `|a - 2 b + c|`, encoded, of three pictures in a row of a
-/// pan across, and of one down. What glides changes evenly and counts little; what jumps counts twice its jump.
-fn shimmer(drawn: &Drawn<'_>, renderer: &mut Renderer) -> [f64; 2] {
+/// pan across and of one down: of all, and of every other pixel and those between. What glides changes evenly
+/// and counts little; what jumps counts twice its jump.
+fn shimmer(drawn: &Drawn<'_>, renderer: &mut Renderer) -> (f64, [f64; 2]) {
     let settings = Settings { passes: Passes::COLOR, ..*drawn.settings };
     let mut frames = [Frame::default(), Frame::default(), Frame::default()];
-    [[1.0, 0.0], [0.0, 1.0]].map(|[right, down]| {
-        let mut sum = 0_u64;
+    let (mut sums, mut n) = ([0_u64; 2], [0_u64; 2]);
+    for [right, down] in [[1.0, 0.0], [0.0, 1.0]] {
         for step in 0..=STEPS {
             frames.rotate_left(1);
             let way = f64::from(step) / f64::from(STEPS);
@@ -243,17 +244,18 @@ fn shimmer(drawn: &Drawn<'_>, renderer: &mut Renderer) -> [f64; 2] {
                 continue;
             }
             let [a, b, c] = &frames;
-            for ((a, b), c) in a.rgba8.iter().zip(&b.rgba8).zip(&c.rgba8) {
+            for (i, ((a, b), c)) in a.rgba8.iter().zip(&b.rgba8).zip(&c.rgba8).enumerate() {
                 for channel in 0..3 {
                     let bend =
                         i32::from(a[channel]) + i32::from(c[channel]) - 2 * i32::from(b[channel]);
-                    sum += u64::from(bend.unsigned_abs());
+                    sums[i % 2] += u64::from(bend.unsigned_abs());
                 }
+                n[i % 2] += 3;
             }
         }
-        let n = u64::from(STEPS - 1) * 3 * frames[2].len() as u64;
-        sum as f64 / n as f64 / 255.0
-    })
+    }
+    let mean = |sum: u64, n: u64| sum as f64 / n.max(1) as f64 / 255.0;
+    (mean(sums[0] + sums[1], n[0] + n[1]), [mean(sums[0], n[0]), mean(sums[1], n[1])])
 }
 
 /// An opaque frame as a picture.
