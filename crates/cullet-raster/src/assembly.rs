@@ -123,8 +123,11 @@ impl Assembly {
         self.counters = SetupCounters { n_in: n as u64, ..SetupCounters::default() };
         let mut job = Job { out: self, cluster, object, lens };
         dispatch!(level, simd => job.run(simd, n));
-        // Large triangles hide each other, and what is hidden costs little.
-        self.pieces.sort_unstable_by(|a, b| b.nearest().total_cmp(&a.nearest()));
+        // Large triangles hide each other, and what is hidden costs little. Ids make counters the same
+        // whatever sorts them.
+        self.pieces.sort_unstable_by(|a, b| {
+            b.nearest().total_cmp(&a.nearest()).then_with(|| a.id.cmp(&b.id))
+        });
     }
 
     /// What became of the triangles.

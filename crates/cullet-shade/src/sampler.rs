@@ -14,7 +14,8 @@
 //! **The blend of two levels** is linear in the size of the footprint, where those specifications
 //! have its logarithm: a footprint of 3 texels is halfway between the levels of 2 and of 4. The
 //! coarser level gets up to .086 less, which is nearer to the mean of what a pixel covers (as
-//! measured, ARCHITECTURE.md), and takes a square root instead of a logarithm.
+//! measured, ARCHITECTURE.md), and takes a square root instead of a logarithm. OpenImageIO's texture
+//! system, which film renderers use, blends by the filter's width as well.
 
 use std::ops::{Add, Mul, Sub};
 
@@ -133,8 +134,9 @@ fn stretch(texture: &Texture, duvdx: Vec2, duvdy: Vec2) -> Stretch {
     Stretch { n, axis: axis.as_dvec2(), lod }
 }
 
-/// Level of detail, in `0..=n_levels - 1`: the whole part is a level whose texels are no longer than the
-/// footprint's longer axis, the fraction the share of the next. Whole for filters that ask one level.
+/// Level of detail, in `0..=n_levels - 1`: the whole part is the coarsest level with texels no longer than
+/// the footprint's longer axis (or the finest, of shorter ones), the fraction the share of the next. For
+/// filters that ask one level it is the nearer of the two, whole; [`Filter::Oversampled`] has less of a footprint.
 pub(crate) fn lod(texture: &Texture, duvdx: Vec2, duvdy: Vec2, filter: Filter) -> f32 {
     let base = texture.mips.level(0);
     let size = Vec2::new(base.width() as f32, base.height() as f32);

@@ -8,8 +8,11 @@
 //!   Where many rivals are asked about one claim, intervals are widened to hold together ([`widened`]).
 //! * **Errors** against a picture made of samples are known as far as the samples are many: an order of
 //!   two errors is told only where their difference is larger than that by which the two halves of the
-//!   samples disagree about it; of shimmer and of counts of triangles, every other pixel and those between: a
-//!   pixel more is chance. Other errors against exact references have no doubt.
+//!   samples disagree about it; of shimmer, every other pixel and those between. Two halves are no 95%
+//!   interval: of differences that are chance alone three in ten are told.
+//!   Pixels that show another triangle are counted: two counts are told apart beyond 1.96 roots of their sum,
+//!   which is the 95% interval of their difference if no pixel is in both, and too wide else.
+//!   Other errors against exact references have no doubt.
 //!
 //! What is within its doubt is neither so nor not so: [`Outcome::CannotTell`].
 
@@ -136,12 +139,14 @@ pub fn is_truer(a: &Row, b: &Row) -> Outcome {
 pub struct Error {
     whole: f64,
     halves: [f64; 2],
+    /// What one adds to it, if it is a count.
+    of_one: f64,
 }
 
 impl Error {
     /// Against all samples, and against either half.
     pub fn new(whole: f64, halves: [f64; 2]) -> Error {
-        Error { whole, halves }
+        Error { whole, halves, of_one: 0.0 }
     }
 
     /// Against all samples.
@@ -151,20 +156,23 @@ impl Error {
 
     /// That of a row.
     pub fn of(row: &Row) -> Error {
-        Error { whole: row.error, halves: row.error_by_halves.unwrap_or([row.error; 2]) }
+        let halves = row.error_by_halves.unwrap_or([row.error; 2]);
+        Error { whole: row.error, halves, of_one: row.error_of_one.unwrap_or(0.0) }
     }
 
     /// The error on the straight line from this to another, `part` of the way.
     pub fn towards(self, other: Error, part: f64) -> Error {
         let mix = |a: f64, b: f64| a + (b - a) * part;
         let [even, odd] = [0, 1].map(|half| mix(self.halves[half], other.halves[half]));
-        Error { whole: mix(self.whole, other.whole), halves: [even, odd] }
+        Error { whole: mix(self.whole, other.whole), halves: [even, odd], of_one: self.of_one }
     }
 
     /// Whether it is below `share` of another.
     pub fn below(&self, other: &Error, share: f64) -> Outcome {
         let [even, odd] = [0, 1].map(|half| self.halves[half] - share * other.halves[half]);
-        Outcome::below(self.whole - share * other.whole, 0.0, (even - odd).abs())
+        let counts = self.whole + share * share * other.whole;
+        let by_chance = 1.96 * (self.of_one * counts).sqrt();
+        Outcome::below(self.whole - share * other.whole, 0.0, (even - odd).abs() + by_chance)
     }
 }
 
@@ -237,6 +245,10 @@ mod tests {
         assert_eq!(is_truer(&a, &with(0.11, [0.09, 0.13])), Outcome::CannotTell);
         // Without a doubt, equal is not truer.
         assert_eq!(is_truer(&a, &a), Outcome::Refuted);
+        // 34 and 33 pixels, 34 and 6.
+        let counted = |n: f64| Row { error_of_one: Some(8.0), ..row("a", "x", 1.0, 8.0 * n) };
+        assert_eq!(is_truer(&counted(33.0), &counted(34.0)), Outcome::CannotTell);
+        assert_eq!(is_truer(&counted(6.0), &counted(34.0)), Outcome::Confirmed);
         let exact = |error| row("a", "x", 1.0, error);
         assert_eq!(is_truer(&exact(0.1), &exact(0.100_01)), Outcome::Confirmed);
     }

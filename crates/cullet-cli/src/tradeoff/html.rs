@@ -74,7 +74,7 @@ pub fn page(report: &Report<'_>) -> Result<String, Failure> {
          the interquartile range of the ratio as a fraction of it; &#177;: how far the ratio may be off. \
          Rows of plain code are timed where there is no wide code for their value: compare them with each other. Rows beaten \
          by no more than their spread in time, and in error by half a percent or what the \
-         two halves of the reference's samples disagree by, count as on the front. Verdicts are given beyond the \
+         two halves of the samples disagree by, or chance makes of counts, count as on the front. Verdicts are given beyond the \
          doubts (&#177;); within them the page cannot tell. FLIP error maps: black is 0, \
          the palest yellow {FULL} and more. Budget {} s, took {:.0} s. Settings: {}.</footer>",
         report.budget,

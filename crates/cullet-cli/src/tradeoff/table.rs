@@ -38,9 +38,12 @@ pub struct Row {
     /// 0 for none.
     pub error: f64,
     /// The errors against either half of the reference's samples, where it is made of samples; of
-    /// shimmer, in either pan.
+    /// shimmer, in every other pixel and in those between.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error_by_halves: Option<[f64; 2]>,
+    /// What one pixel adds to the error, where pixels are counted.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub error_of_one: Option<f64>,
     /// On the front of its scene and metric, or close behind.
     pub pareto: bool,
     /// Beaten, by no more than its spread in time, and in error by what cannot be told or next to nothing.
@@ -93,6 +96,8 @@ pub fn of_scene(scene: &str, measured: &SceneMeasured) -> Vec<Row> {
                     metric,
                     error: rounded(error),
                     error_by_halves: one.errors.get_by_halves(metric).map(|e| e.map(rounded)),
+                    error_of_one: (metric == Metric::IdPpm)
+                        .then(|| rounded(one.errors.ppm_of_a_pixel)),
                     pareto: false,
                     tied: false,
                     default: configuration == 0,
@@ -119,6 +124,7 @@ pub fn of_calls(calls: &[Call]) -> Vec<Row> {
         metric: Metric::MaxAbs,
         error: rounded(call.error),
         error_by_halves: None,
+        error_of_one: None,
         pareto: false,
         tied: false,
         default: configuration == 0,
@@ -263,6 +269,7 @@ pub mod tests {
             metric: Metric::Flip,
             error,
             error_by_halves: None,
+            error_of_one: None,
             pareto: false,
             tied: false,
             default: value == "msaa4",
