@@ -10,7 +10,9 @@
 //! Source: Blinn, "Floating-Point Tricks", IEEE Computer Graphics and Applications 17(4), 1997; the
 //! constants are those of the smallest error, found by search.
 
-use fearless_simd::{Simd, f32x8, prelude::*, u32x8};
+use fearless_simd::{Simd, prelude::*};
+
+use crate::wide::Lanes;
 
 /// How shading divides by `w` and normalises.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -44,23 +46,23 @@ pub fn inverse_sqrt(x: f32) -> f32 {
     y * (1.5 - half * y * y)
 }
 
-/// [`reciprocal`] of eight.
+/// [`reciprocal`] of many.
 #[inline(always)]
-pub(crate) fn reciprocal8<S: Simd>(simd: S, x: f32x8<S>) -> f32x8<S> {
-    let two = f32x8::splat(simd, 2.0);
-    let start = u32x8::splat(simd, RECIPROCAL) - x.bitcast::<u32x8<S>>();
-    let y: f32x8<S> = start.bitcast();
+pub(crate) fn reciprocals<S: Simd, V: Lanes<S>>(simd: S, x: V) -> V {
+    let two = V::splat(simd, 2.0);
+    let start = V::Uints::splat(simd, RECIPROCAL) - x.bitcast::<V::Uints>();
+    let y: V = start.bitcast();
     let y = y * (two - x * y);
     y * (two - x * y)
 }
 
-/// [`inverse_sqrt`] of eight.
+/// [`inverse_sqrt`] of many.
 #[inline(always)]
-pub(crate) fn inverse_sqrt8<S: Simd>(simd: S, x: f32x8<S>) -> f32x8<S> {
-    let most = f32x8::splat(simd, 1.5);
+pub(crate) fn inverse_sqrts<S: Simd, V: Lanes<S>>(simd: S, x: V) -> V {
+    let most = V::splat(simd, 1.5);
     let half = x * 0.5;
-    let start = u32x8::splat(simd, INVERSE_ROOT) - (x.bitcast::<u32x8<S>>() >> 1);
-    let y: f32x8<S> = start.bitcast();
+    let start = V::Uints::splat(simd, INVERSE_ROOT) - (x.bitcast::<V::Uints>() >> 1);
+    let y: V = start.bitcast();
     let y = y * (most - half * y * y);
     y * (most - half * y * y)
 }
@@ -71,6 +73,7 @@ mod tests {
 
     use super::*;
     use crate::testing::{Random, levels};
+    use crate::wide::{WIDEST, wide};
 
     /// Largest relative error over all of `[1, 4)`, which repeats in every two octaves.
     fn worst(of: impl Fn(f32) -> f32, exact: impl Fn(f64) -> f64, bits: [u32; 2]) -> f64 {
@@ -103,16 +106,25 @@ mod tests {
     #[test]
     fn eight_are_one_by_one_on_every_instruction_set() {
         #[inline(always)]
-        fn both<S: Simd>(simd: S, x: [f32; 8]) -> [[f32; 8]; 2] {
-            let x = f32x8::simd_from(simd, x);
-            [reciprocal8(simd, x).into(), inverse_sqrt8(simd, x).into()]
+        fn both_wide<S: Simd>(simd: S, x: [f32; WIDEST]) -> [[f32; WIDEST]; 2] {
+            wide!(S, both(simd, x))
+        }
+        #[inline(always)]
+        fn both<S: Simd, V: Lanes<S>>(simd: S, x: [f32; WIDEST]) -> [[f32; WIDEST]; 2] {
+            let mut out = [[0.0; WIDEST]; 2];
+            for first in (0..WIDEST).step_by(V::LEN) {
+                let x = V::from_slice(simd, &x[first..][..V::LEN]);
+                reciprocals(simd, x).store_slice(&mut out[0][first..][..V::LEN]);
+                inverse_sqrts(simd, x).store_slice(&mut out[1][first..][..V::LEN]);
+            }
+            out
         }
         let mut random = Random::new(5);
         for _ in 0..20_000 {
-            let x: [f32; 8] = [(); 8].map(|()| f32::from_bits(random.bits()));
-            let bits = |all: [f32; 8]| all.map(|y| if y.is_nan() { 0 } else { y.to_bits() });
+            let x: [f32; WIDEST] = [(); WIDEST].map(|()| f32::from_bits(random.bits()));
+            let bits = |all: [f32; WIDEST]| all.map(|y| if y.is_nan() { 0 } else { y.to_bits() });
             for (name, level) in levels() {
-                let [reciprocals, roots] = dispatch!(level, simd => both(simd, x));
+                let [reciprocals, roots] = dispatch!(level, simd => both_wide(simd, x));
                 assert_eq!(bits(reciprocals), bits(x.map(reciprocal)), "{name} {x:?}");
                 assert_eq!(bits(roots), bits(x.map(inverse_sqrt)), "{name} {x:?}");
             }

@@ -6,10 +6,11 @@
 
 use std::sync::LazyLock;
 
-use fearless_simd::{Simd, SimdCvtTruncate, f32x8, prelude::*, u32x8};
+use fearless_simd::{Simd, SimdCvtTruncate, prelude::*};
 
 use crate::select::clamp;
 use crate::srgb::{encode8, encode8_exact};
+use crate::wide::Lanes;
 
 /// How colours become 8-bit codes; 16-bit ones are always exact.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -56,38 +57,38 @@ impl Encoding {
     }
 }
 
-/// [`Encoding::Table`] of eights of values, in place: floats by their bits in, codes out. The table is
+/// [`Encoding::Table`] of values, whole groups, in place: floats by their bits in, codes out. The table is
 /// read in a pass of its own, as [`crate::srgb`] has it.
 #[inline(always)]
-pub(crate) fn encode_by_table<S: Simd>(simd: S, values: &mut [[u32; 8]]) {
+pub(crate) fn encode_by_table<S: Simd, V: Lanes<S>>(simd: S, values: &mut [u32]) {
     let table = &*TABLE;
-    for value in &mut *values {
-        let steps = inside(simd, *value) * STEPS + 0.5;
-        *value = u32x8::truncate_from(steps).into();
+    for group in values.chunks_exact_mut(V::LEN) {
+        let steps = inside::<S, V>(simd, group) * STEPS + 0.5;
+        V::Uints::truncate_from(steps).store_slice(group);
     }
-    for value in values.as_flattened_mut() {
+    for value in values {
         *value = u32::from(table[*value as usize % 4096]);
     }
 }
 
-/// [`Encoding::Polynomial`] of eights of values, in place: floats by their bits in, codes out.
+/// [`Encoding::Polynomial`] of values, whole groups, in place: floats by their bits in, codes out.
 #[inline(always)]
-pub(crate) fn encode_by_polynomial<S: Simd>(simd: S, values: &mut [[u32; 8]]) {
-    let end = f32x8::splat(simd, LINEAR_END);
-    for value in values {
-        let x = inside(simd, *value);
+pub(crate) fn encode_by_polynomial<S: Simd, V: Lanes<S>>(simd: S, values: &mut [u32]) {
+    let end = V::splat(simd, LINEAR_END);
+    for group in values.chunks_exact_mut(V::LEN) {
+        let x = inside::<S, V>(simd, group);
         let root = x.sqrt().sqrt();
         let curve = ((root * CUBIC[3] + CUBIC[2]) * root + CUBIC[1]) * root + CUBIC[0];
         let encoded = x.simd_gt(end).select(curve, x * 12.92);
-        *value = u32x8::truncate_from(encoded * 255.0 + 0.5).into();
+        V::Uints::truncate_from(encoded * 255.0 + 0.5).store_slice(group);
     }
 }
 
 /// Floats from their bits, clamped to `[0, 1]`; NaN is 0.
 #[inline(always)]
-fn inside<S: Simd>(simd: S, bits: [u32; 8]) -> f32x8<S> {
-    let (zero, one) = (f32x8::splat(simd, 0.0), f32x8::splat(simd, 1.0));
-    let x: f32x8<S> = u32x8::simd_from(simd, bits).bitcast();
+fn inside<S: Simd, V: Lanes<S>>(simd: S, bits: &[u32]) -> V {
+    let (zero, one) = (V::splat(simd, 0.0), V::splat(simd, 1.0));
+    let x: V = V::Uints::from_slice(simd, bits).bitcast();
     let x = x.simd_gt(zero).select(x, zero);
     x.simd_lt(one).select(x, one)
 }
@@ -99,6 +100,7 @@ mod tests {
     use super::*;
     use crate::srgb::encode_exact;
     use crate::testing::{Random, levels};
+    use crate::wide::{WIDEST, wide};
 
     const ROUGH: [Encoding; 2] = [Encoding::Table, Encoding::Polynomial];
 
@@ -160,31 +162,33 @@ mod tests {
     }
 
     #[test]
-    fn eight_are_one_by_one_on_every_instruction_set() {
+    fn many_are_one_by_one_on_every_instruction_set() {
         #[inline(always)]
-        fn all<S: Simd>(simd: S, encoding: Encoding, values: &mut [[u32; 8]]) {
+        fn all_wide<S: Simd>(simd: S, encoding: Encoding, values: &mut [u32]) {
+            wide!(S, all(simd, encoding, values));
+        }
+        #[inline(always)]
+        fn all<S: Simd, V: Lanes<S>>(simd: S, encoding: Encoding, values: &mut [u32]) {
             match encoding {
-                Encoding::Table => encode_by_table(simd, values),
-                _ => encode_by_polynomial(simd, values),
+                Encoding::Table => encode_by_table::<S, V>(simd, values),
+                _ => encode_by_polynomial::<S, V>(simd, values),
             }
         }
         let mut random = Random::new(2);
-        let mut eights: Vec<[u32; 8]> = (0..20_000)
-            .map(|i| {
-                let mut eight = [(); 8].map(|()| random.bits());
-                eight[i % 8] = random.unit().to_bits();
-                eight
-            })
-            .collect();
-        eights.push([0.0, -0.0, 1.0, f32::NAN, f32::INFINITY, -1.0, 1e-45, 2.0].map(f32::to_bits));
+        let odd = [0.0, -0.0, 1.0, f32::NAN, f32::INFINITY, -1.0, 1e-45, 2.0].map(f32::to_bits);
+        let mut values = odd.to_vec();
+        while values.len() < 10_000 * WIDEST {
+            values.extend([random.bits(), random.unit().to_bits()]);
+        }
         for encoding in ROUGH {
+            let each: Vec<u32> = values
+                .iter()
+                .map(|bits| u32::from(encoding.encode8(f32::from_bits(*bits))))
+                .collect();
             for (name, level) in levels() {
-                let mut codes = eights.clone();
-                dispatch!(level, simd => all(simd, encoding, &mut codes));
-                for (codes, eight) in codes.iter().zip(&eights) {
-                    let each = eight.map(|bits| u32::from(encoding.encode8(f32::from_bits(bits))));
-                    assert_eq!(*codes, each, "{encoding:?} {name}");
-                }
+                let mut codes = values.clone();
+                dispatch!(level, simd => all_wide(simd, encoding, &mut codes));
+                assert_eq!(codes, each, "{encoding:?} {name}");
             }
         }
     }

@@ -11,9 +11,10 @@
 
 use std::sync::LazyLock;
 
-use fearless_simd::{Simd, f32x8, prelude::*, u32x8};
+use fearless_simd::{Simd, prelude::*};
 
 use crate::select::clamp;
+use crate::wide::Lanes;
 
 /// Linear light of each 8-bit code, rounded once from the f64 curve.
 pub static DECODE: LazyLock<[f32; 256]> =
@@ -120,35 +121,43 @@ impl Encoder {
         self.buckets[usize::from((bits >> BUCKET_SHIFT) as u16)]
     }
 
-    /// [`encode8`] of eights of values, in place: floats by their bits in, codes out.
+    /// [`encode8`] of values, whole groups, in place: floats by their bits in, codes out.
     ///
     /// The table is read in a pass of its own: values on their way between vectors and single
     /// numbers would otherwise wait for each other.
     #[inline(always)]
-    pub fn encode_all<S: Simd>(&self, simd: S, values: &mut [[u32; 8]]) {
-        let (low, high) = (f32x8::splat(simd, SMALLEST), f32x8::splat(simd, 1.0));
-        let mut starts = [[0; 8]; MAX_EIGHTS];
-        for values in values.chunks_mut(MAX_EIGHTS) {
-            for value in &mut *values {
-                let linear: f32x8<S> = u32x8::simd_from(simd, *value).bitcast();
+    pub fn encode_all<S: Simd, V: Lanes<S>>(&self, simd: S, values: &mut [u32]) {
+        let (low, high) = (V::splat(simd, SMALLEST), V::splat(simd, 1.0));
+        let mut starts = [0; AT_ONCE];
+        for values in values.chunks_mut(AT_ONCE) {
+            let n = values.len().min(AT_ONCE);
+            let mut first = 0;
+            while first < n {
+                let group = &mut values[first..first + V::LEN];
+                let linear: V = V::Uints::from_slice(simd, group).bitcast();
                 let inside = linear.simd_gt(low).select(linear, low); // NaN is low
                 let inside = inside.simd_lt(high).select(inside, high);
-                *value = inside.bitcast::<u32x8<S>>().into();
+                inside.bitcast::<V::Uints>().store_slice(group);
+                first += V::LEN;
             }
-            let starts = &mut starts[..values.len()];
-            for (start, bits) in starts.as_flattened_mut().iter_mut().zip(values.as_flattened()) {
-                *start = self.start(*bits);
+            for i in 0..n {
+                starts[i] = self.start(values[i]);
             }
-            for (value, start) in values.iter_mut().zip(starts) {
-                let low_bits = u32x8::simd_from(simd, *value) & 0xffff;
-                *value = ((u32x8::simd_from(simd, *start) + low_bits) >> BUCKET_SHIFT).into();
+            let mut first = 0;
+            while first < n {
+                let group = &mut values[first..first + V::LEN];
+                let low_bits = V::Uints::from_slice(simd, group) & V::Uints::splat(simd, 0xffff);
+                let starts = &starts[first..first + V::LEN];
+                let sum = V::Uints::from_slice(simd, starts) + low_bits;
+                (sum >> BUCKET_SHIFT).store_slice(group);
+                first += V::LEN;
             }
         }
     }
 }
 
-/// Eights of values that pass through the table together.
-const MAX_EIGHTS: usize = 24;
+/// Values that pass through the table together.
+const AT_ONCE: usize = 128;
 
 /// Between two floats, both by their bits, the first below. Positive floats order like their bits,
 /// so it is found by bisection.
@@ -171,6 +180,7 @@ mod tests {
 
     use super::*;
     use crate::testing::Random;
+    use crate::wide::wide;
 
     /// The bits of the smallest float of a code.
     fn threshold(code: u8) -> u32 {
@@ -220,36 +230,29 @@ mod tests {
         }
     }
 
-    /// The codes of eights of numbers by each instruction set.
-    fn wide(linear: &[[f32; 8]]) -> Vec<Vec<[u32; 8]>> {
-        #[inline(always)]
-        fn all<S: Simd>(simd: S, values: &mut [[u32; 8]]) {
-            encoder().encode_all(simd, values);
-        }
-        let levels = crate::testing::levels().into_iter();
-        let codes = levels.map(|(_, level)| {
-            let mut values: Vec<_> = linear.iter().map(|eight| eight.map(f32::to_bits)).collect();
-            dispatch!(level, simd => all(simd, &mut values));
-            values
-        });
-        codes.collect()
-    }
-
     #[test]
-    fn eight_are_one_by_one() {
-        let mut random = Random::new(2);
-        let mut eights = Vec::new();
-        for i in 0..100_000 {
-            let mut linear: [f32; 8] = std::array::from_fn(|_| f32::from_bits(random.bits()));
-            linear[i % 8] = random.unit();
-            let code = threshold((1 + i % 255) as u8);
-            linear[(i + 3) % 8] = f32::from_bits(code - (i as u32 / 255) % 2);
-            eights.push(linear);
+    fn many_are_one_by_one() {
+        #[inline(always)]
+        fn all<S: Simd, V: Lanes<S>>(simd: S, values: &mut [u32]) {
+            encoder().encode_all::<S, V>(simd, values);
         }
-        let wide = wide(&eights);
-        for (i, linear) in eights.iter().enumerate() {
-            let codes = linear.map(|linear| u32::from(encode8(linear)));
-            assert!(wide.iter().all(|wide| wide[i] == codes), "{linear:?}");
+        #[inline(always)]
+        fn all_wide<S: Simd>(simd: S, values: &mut [u32]) {
+            wide!(S, all(simd, values));
+        }
+        let mut random = Random::new(2);
+        let mut linear = Vec::new();
+        for i in 0..200_000 {
+            let code = threshold((1 + i % 255) as u8);
+            linear.extend([random.bits(), random.unit().to_bits(), random.bits()]);
+            linear.push(code - (i as u32 / 255) % 2);
+        }
+        let each: Vec<u32> =
+            linear.iter().map(|bits| u32::from(encode8(f32::from_bits(*bits)))).collect();
+        for (name, level) in crate::testing::levels() {
+            let mut values = linear.clone();
+            dispatch!(level, simd => all_wide(simd, &mut values));
+            assert!(values == each, "{name}");
         }
     }
 

@@ -3,7 +3,7 @@
 //! 1. Rows are taken apart into runs of one triangle each, and each run's triangle is looked up in a
 //!    small table; those met for the first time get a number ([`Batch`]).
 //! 2. They are set up, object by object ([`Draws`]), into records ([`cullet_shade::wide`]).
-//! 3. Runs are grouped by paint, and coloured eight pixels at a time.
+//! 3. Runs are grouped by paint, and coloured eight or sixteen pixels at a time.
 //!
 //! A triangle is set up anew for each block (64 x 64 px of the whole picture), so a pixel's colour
 //! does not depend on what part of the picture is asked for, in what order, or by which thread.

@@ -1,9 +1,10 @@
 //! Many colours to codes: [`Encoding::encode8`], wide.
 
-use fearless_simd::{Level, Simd, SimdCvtTruncate, dispatch, f32x4, f32x8, prelude::*, u32x8};
+use fearless_simd::{Level, Simd, SimdCvtTruncate, dispatch, prelude::*};
 use glam::Vec4;
 
-use super::paint::transposed;
+use super::column::{Lanes, WIDEST, wide};
+use super::paint::{fours, turned4};
 use crate::encoding::{Encoding, encode_by_polynomial, encode_by_table};
 use crate::srgb::{Encoder, encoder};
 
@@ -25,51 +26,49 @@ fn encode_wide<S: Simd>(
     colors: &[Vec4],
     codes: &mut [[u8; 4]],
 ) {
+    wide!(S, encode_groups(simd, encoding, encoder, colors, codes));
+}
+
+#[inline(always)]
+fn encode_groups<S: Simd, V: Lanes<S>>(
+    simd: S,
+    encoding: Encoding,
+    encoder: &Encoder,
+    colors: &[Vec4],
+    codes: &mut [[u8; 4]],
+) {
     let n = colors.len().min(codes.len());
     let mut first = 0;
     while first < n {
-        let len = (n - first).min(8);
-        let mut eight = [Vec4::ZERO; 8];
-        match colors[first..].first_chunk() {
-            Some(colors) => eight = *colors,
-            None => eight[..len].copy_from_slice(&colors[first..first + len]),
+        let len = (n - first).min(V::LEN);
+        let mut group = [[0.0; 4]; WIDEST];
+        for lane in 0..len {
+            group[lane] = colors[first + lane].to_array();
         }
-        let [a, b, c, d, e, f, g, h] = eight;
-        let [r, g, b, a] = transposed(&[
-            f32x4::simd_from(simd, a.to_array()),
-            f32x4::simd_from(simd, b.to_array()),
-            f32x4::simd_from(simd, c.to_array()),
-            f32x4::simd_from(simd, d.to_array()),
-            f32x4::simd_from(simd, e.to_array()),
-            f32x4::simd_from(simd, f.to_array()),
-            f32x4::simd_from(simd, g.to_array()),
-            f32x4::simd_from(simd, h.to_array()),
-        ]);
-        let mut rgb = [
-            r.bitcast::<u32x8<S>>().into(),
-            g.bitcast::<u32x8<S>>().into(),
-            b.bitcast::<u32x8<S>>().into(),
-        ];
+        let [r, g, b, a] = turned4::<S, V>(&fours(simd, &group[..V::LEN]));
+        let mut rgb = [0; 3 * WIDEST];
+        let rgb = &mut rgb[..3 * V::LEN];
+        r.bitcast::<V::Uints>().store_slice(&mut rgb[..V::LEN]);
+        g.bitcast::<V::Uints>().store_slice(&mut rgb[V::LEN..2 * V::LEN]);
+        b.bitcast::<V::Uints>().store_slice(&mut rgb[2 * V::LEN..]);
         match encoding {
-            Encoding::Exact => encoder.encode_all(simd, &mut rgb),
-            Encoding::Table => encode_by_table(simd, &mut rgb),
-            Encoding::Polynomial => encode_by_polynomial(simd, &mut rgb),
+            Encoding::Exact => encoder.encode_all::<S, V>(simd, rgb),
+            Encoding::Table => encode_by_table::<S, V>(simd, rgb),
+            Encoding::Polynomial => encode_by_polynomial::<S, V>(simd, rgb),
         }
-        let [r, g, b] = [
-            u32x8::simd_from(simd, rgb[0]),
-            u32x8::simd_from(simd, rgb[1]),
-            u32x8::simd_from(simd, rgb[2]),
-        ];
-        let (zero, most) = (f32x8::splat(simd, 0.0), f32x8::splat(simd, 255.0));
+        let r = V::Uints::from_slice(simd, &rgb[..V::LEN]);
+        let g = V::Uints::from_slice(simd, &rgb[V::LEN..2 * V::LEN]);
+        let b = V::Uints::from_slice(simd, &rgb[2 * V::LEN..]);
+        let (zero, most) = (V::splat(simd, 0.0), V::splat(simd, 255.0));
         let alpha = a * 255.0;
         let alpha = alpha.simd_gt(zero).select(alpha, zero); // NaN is 0
         let alpha = alpha.simd_lt(most).select(alpha, most);
-        let alpha = u32x8::truncate_from(alpha + TO_WHOLE - TO_WHOLE);
-        let all: [u32; 8] = (r | g << 8 | b << 16 | alpha << 24).into();
+        let alpha = V::Uints::truncate_from(alpha + TO_WHOLE - TO_WHOLE);
+        let all = r | g << 8 | b << 16 | alpha << 24;
         for lane in 0..len {
-            codes[first + lane] = all[lane].to_le_bytes();
+            codes[first + lane] = all.as_slice()[lane].to_le_bytes();
         }
-        first += 8;
+        first += len;
     }
 }
 

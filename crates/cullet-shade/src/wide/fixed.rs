@@ -8,20 +8,21 @@
 //!
 //! Written lane by lane, over arrays, for the compiler to find the 16-bit instructions.
 
-use fearless_simd::{Simd, SimdCvtTruncate, f32x8, i32x8, prelude::*};
+use fearless_simd::{Simd, SimdCvtTruncate, prelude::*};
 
+use super::column::Lanes;
 use crate::sampler::Arithmetic;
 use crate::texture::STEP;
 
 /// Eight channels: of two texels, left and right, or of two levels.
-type Lanes = [i16; 8];
+type Channels = [i16; 8];
 
 /// Whole numbers of which [`Arithmetic`] they are.
 pub(super) trait Fixed {
     /// A channel of a texel.
     fn texel(channel: u16) -> i16;
-    /// Eight weights in 0..=1, in the lower halves.
-    fn weights<S: Simd>(weights: f32x8<S>) -> i32x8<S>;
+    /// Weights in 0..=1, in the lower halves.
+    fn weights<S: Simd, V: Lanes<S>>(simd: S, weights: V) -> V::Ints;
     /// From `a`, weight 0, towards `b`, weight 1.
     fn mix(a: i16, b: i16, weight: i16) -> i16;
     /// Steps of texels ([`STEP`]) in one of these.
@@ -39,8 +40,8 @@ impl Fixed for Sixteen {
 
     /// A whole one is 65535 / 65536. From a half on, 16 bits are a negative number.
     #[inline(always)]
-    fn weights<S: Simd>(weights: f32x8<S>) -> i32x8<S> {
-        i32x8::truncate_from(weights * 65536.0).min(65535)
+    fn weights<S: Simd, V: Lanes<S>>(simd: S, weights: V) -> V::Ints {
+        V::Ints::truncate_from(weights * 65536.0).min(V::Ints::splat(simd, 65535))
     }
 
     /// With a weight from a half on the way is counted from `b`: `b + (b - a) (f - 1)`.
@@ -65,8 +66,8 @@ impl Fixed for Eight {
     }
 
     #[inline(always)]
-    fn weights<S: Simd>(weights: f32x8<S>) -> i32x8<S> {
-        i32x8::truncate_from(weights * 128.0 + 0.5)
+    fn weights<S: Simd, V: Lanes<S>>(_: S, weights: V) -> V::Ints {
+        V::Ints::truncate_from(weights * 128.0 + 0.5)
     }
 
     #[inline(always)]
@@ -81,7 +82,7 @@ impl Fixed for Eight {
 
 /// Two texels, left and right, from a row.
 #[inline(always)]
-pub(super) fn pair<F: Fixed>(channels: &[u16]) -> Lanes {
+pub(super) fn pair<F: Fixed>(channels: &[u16]) -> Channels {
     let channels: &[u16; 8] = channels.first_chunk().expect("two texels");
     let mut lanes = [0; 8];
     for i in 0..8 {
@@ -92,7 +93,7 @@ pub(super) fn pair<F: Fixed>(channels: &[u16]) -> Lanes {
 
 /// All lanes with one weight.
 #[inline(always)]
-pub(super) fn mix<F: Fixed>(a: &Lanes, b: &Lanes, weight: i16) -> Lanes {
+pub(super) fn mix<F: Fixed>(a: &Channels, b: &Channels, weight: i16) -> Channels {
     let mut out = [0; 8];
     for i in 0..8 {
         out[i] = F::mix(a[i], b[i], weight);
@@ -102,7 +103,7 @@ pub(super) fn mix<F: Fixed>(a: &Lanes, b: &Lanes, weight: i16) -> Lanes {
 
 /// The left halves of two, and the right halves.
 #[inline(always)]
-pub(super) fn halves(a: &Lanes, b: &Lanes) -> [Lanes; 2] {
+pub(super) fn halves(a: &Channels, b: &Channels) -> [Channels; 2] {
     let [mut left, mut right] = [[0; 8]; 2];
     for i in 0..4 {
         (left[i], left[i + 4]) = (a[i], b[i]);
@@ -113,7 +114,7 @@ pub(super) fn halves(a: &Lanes, b: &Lanes) -> [Lanes; 2] {
 
 /// The first four lanes with one weight, the last four with another.
 #[inline(always)]
-pub(super) fn mix_halves<F: Fixed>(a: &Lanes, b: &Lanes, weights: [i16; 2]) -> Lanes {
+pub(super) fn mix_halves<F: Fixed>(a: &Channels, b: &Channels, weights: [i16; 2]) -> Channels {
     let mut out = [0; 8];
     for i in 0..8 {
         out[i] = F::mix(a[i], b[i], weights[i / 4]);
@@ -123,7 +124,7 @@ pub(super) fn mix_halves<F: Fixed>(a: &Lanes, b: &Lanes, weights: [i16; 2]) -> L
 
 /// A colour in steps of texels, of the first four lanes blended with the last four.
 #[inline(always)]
-pub(super) fn color<F: Fixed>(lanes: &Lanes, weight: i16) -> [f32; 4] {
+pub(super) fn color<F: Fixed>(lanes: &Channels, weight: i16) -> [f32; 4] {
     let mut out = [0.0; 4];
     for i in 0..4 {
         out[i] = f32::from(F::mix(lanes[i], lanes[i + 4], weight)) * F::STEPS;
@@ -145,16 +146,17 @@ impl Arithmetic {
 
 #[cfg(test)]
 mod tests {
-    use fearless_simd::{Level, dispatch};
+    use fearless_simd::{Level, dispatch, f32x8};
 
     use super::*;
     use crate::testing::Random;
 
     fn weight<F: Fixed>(weight: f32) -> i16 {
-        let weights: [i32; 8] = dispatch!(Level::new(), simd => {
-            F::weights(f32x8::splat(simd, weight)).into()
-        });
-        weights[0] as i16
+        #[inline(always)]
+        fn of<S: Simd, F: Fixed>(simd: S, weight: f32) -> i32 {
+            F::weights(simd, f32x8::splat(simd, weight)).as_slice()[0]
+        }
+        dispatch!(Level::new(), simd => of::<_, F>(simd, weight)) as i16
     }
 
     fn check<F: Fixed>(steps: f64, weight_error: f64) {

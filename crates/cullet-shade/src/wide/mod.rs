@@ -1,8 +1,8 @@
-//! Eight pixels at a time, each of a triangle of its own.
+//! Eight or sixteen pixels at a time, each of a triangle of its own.
 //!
 //! 1. [`set_up`] makes a [`Record`] of each triangle: planes over the picture of all that its
 //!    colour depends on.
-//! 2. [`paint`] takes [`Run`]s of pixels that show one [`Paint`], eight pixels at a time: it reads their attributes
+//! 2. [`paint`] takes [`Run`]s of pixels that show one [`Paint`], a group of pixels at a time: it reads their attributes
 //!    off the records, samples, lights, and hands colours on, as bytes or as they are.
 //!
 //! Values are f32, in planes near their pixels; the few pixels for which that is not good enough
@@ -11,6 +11,7 @@
 //! ([`cullet_raster::BLOCK`]): not on which pixels share a group, nor on the instruction set.
 
 mod codes;
+mod column;
 mod cutout;
 mod fixed;
 mod paint;
@@ -22,6 +23,11 @@ mod sampler;
 mod tests;
 
 pub use codes::encode_all;
+pub(crate) use column::Lanes;
+#[cfg(test)]
+pub(crate) use column::WIDEST;
+#[cfg(test)]
+pub(crate) use column::wide;
 pub use cutout::Cutout;
 pub use paint::{Out, Paint, Planes, Scratch, paint};
 pub use point::PointPlanes;

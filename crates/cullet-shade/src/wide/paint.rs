@@ -3,14 +3,15 @@
 use std::ops::Range;
 
 use cullet_raster::prefetch;
-use fearless_simd::{Level, Simd, dispatch, f32x4, f32x8, mask32x8, prelude::*, u32x8};
+use fearless_simd::{Level, Simd, dispatch, f32x4, prelude::*};
 use glam::{Vec2, Vec3, Vec4};
 
+use super::column::{Column, Lanes, WIDEST, wide};
 use super::point::{PointPlanes, light_on};
-use super::record::{ColorPlanes, LEAST, NORMAL, Record};
+use super::record::{ANCHOR, ColorPlanes, LEAST, NORMAL, Record};
 use super::run::{Places, Rest, Run};
-use super::sampler::{EIGHTS, Sampler, Taps};
-use crate::division::{Division, RANGE, inverse_sqrt8, reciprocal8};
+use super::sampler::{Sampler, Taps};
+use crate::division::{Division, RANGE, inverse_sqrts, reciprocals};
 use crate::encoding::{Encoding, encode_by_polynomial, encode_by_table};
 use crate::kernel::Look;
 use crate::light::PointLight;
@@ -135,7 +136,7 @@ fn paint_as<const POINT: bool, const SPECIAL: bool>(
 ) {
     let encoder = encoder();
     dispatch!(paint.simd, simd => {
-        paint_all::<_, POINT, SPECIAL>(
+        paint_wide::<_, POINT, SPECIAL>(
             simd, paint, encoder, runs, planes, &mut scratch.0, out, left,
         )
     });
@@ -143,7 +144,22 @@ fn paint_as<const POINT: bool, const SPECIAL: bool>(
 
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "one call, spread by a macro")]
-fn paint_all<S: Simd, const POINT: bool, const SPECIAL: bool>(
+fn paint_wide<S: Simd, const POINT: bool, const SPECIAL: bool>(
+    simd: S,
+    paint: &Paint<'_>,
+    encoder: &Encoder,
+    runs: &[Run],
+    planes: &Planes<'_>,
+    stage: &mut Stage,
+    out: &mut Out<'_>,
+    left: &mut Vec<Run>,
+) {
+    wide!(S, paint_all::<POINT, SPECIAL>(simd, paint, encoder, runs, planes, stage, out, left));
+}
+
+#[inline(always)]
+#[expect(clippy::too_many_arguments, reason = "one call, spread by a macro")]
+fn paint_all<S: Simd, V: Lanes<S>, const POINT: bool, const SPECIAL: bool>(
     simd: S,
     paint: &Paint<'_>,
     encoder: &Encoder,
@@ -158,26 +174,26 @@ fn paint_all<S: Simd, const POINT: bool, const SPECIAL: bool>(
     let is_stretched = SPECIAL && matches!(paint.texture, Some(Sampled::Stretched(_)));
     let mut rest = Rest { runs, taken: 0 };
     loop {
-        let n_pixels = stage.places.take(simd, &mut rest);
+        let n_pixels = stage.places.take::<S, V>(simd, &mut rest);
         if n_pixels == 0 {
             return;
         }
-        let n = n_pixels.div_ceil(8);
+        let n = n_pixels.div_ceil(V::LEN);
         // Stores that miss the caches hold up what comes after them as loads do.
         if let Out::Bytes(out) = &*out {
-            for i in 0..n {
-                prefetch(out, stage.places.out(i)[0] as usize);
+            for i in (0..n_pixels).step_by(8) {
+                prefetch(out, stage.places.out()[i] as usize);
             }
         }
         for i in 0..n {
-            paint.place::<_, SPECIAL>(simd, records, colors, stage, i);
+            paint.place::<S, V, SPECIAL>(simd, records, colors, stage, i);
             if POINT && let Some(light) = &paint.point {
                 let is_flat = matches!(paint.light, Lit::Flat);
-                let values = match stage.places.is_one_triangle(simd, i) {
-                    true => values_of_one(simd, &stage.places, i, records),
-                    false => values(simd, &stage.places, i, records),
+                let values = match stage.places.is_one_triangle::<S, V>(simd, i) {
+                    true => values_of_one::<S, V>(simd, &stage.places, i, records),
+                    false => values::<S, V>(simd, &stage.places, i, records),
                 };
-                let (rgb, good) = light_on(
+                let (rgb, good) = light_on::<S, V>(
                     simd,
                     light,
                     &stage.places,
@@ -188,64 +204,70 @@ fn paint_all<S: Simd, const POINT: bool, const SPECIAL: bool>(
                     is_flat,
                     is_rough,
                 );
-                stage.lights[i] = rgb;
-                stage.good[i] &= good;
+                stage.lights[0].set(i, rgb[0]);
+                stage.lights[1].set(i, rgb[1]);
+                stage.lights[2].set(i, rgb[2]);
+                stage.good.0[i] &= good;
             }
         }
         if let Some(Sampled::Wide(sampler) | Sampled::Stretched(sampler)) = &paint.texture {
-            for lod in &mut stage.lod[..n] {
-                *lod = sampler.lod8(simd, f32x8::simd_from(simd, *lod)).into();
+            for i in 0..n {
+                let lod = sampler.levels::<S, V>(simd, stage.lod.get(simd, i));
+                stage.lod.set(i, lod);
             }
             for i in 0..n {
-                let uv = [f32x8::simd_from(simd, stage.u[i]), f32x8::simd_from(simd, stage.v[i])];
-                let lod = f32x8::simd_from(simd, stage.lod[i]);
+                let uv = [stage.u.get(simd, i), stage.v.get(simd, i)];
+                let lod: V = stage.lod.get(simd, i);
                 if is_stretched {
-                    let [u, v, n] = &stage.stretch[i];
-                    let stretch = [
-                        f32x8::simd_from(simd, *u),
-                        f32x8::simd_from(simd, *v),
-                        f32x8::simd_from(simd, *n),
-                    ];
-                    stage.texels[i] = sampler.mean8(simd, uv, lod, stretch, &mut stage.taps);
+                    let [u, v, n] = &stage.stretch;
+                    let stretch = [u.get(simd, i), v.get(simd, i), n.get(simd, i)];
+                    let means = &mut stage.texels.0[i * V::LEN..][..V::LEN];
+                    let (taps, samples) = (&mut stage.taps, &mut stage.samples.0);
+                    sampler.means(simd, uv, lod, stretch, taps, samples, means);
                 } else {
-                    sampler.find8(simd, uv, lod, &mut stage.taps, i);
+                    sampler.find(simd, uv, lod, &mut stage.taps, i);
                 }
             }
             if !is_stretched {
-                sampler.send_for(simd, &stage.places, &stage.taps, n);
-                sampler.blend_all::<_, SPECIAL>(simd, &stage.taps, n, &mut stage.texels);
+                sampler.send_for::<S, V>(simd, &stage.places, &stage.taps, n);
+                let texels = &mut stage.texels.0;
+                sampler.blend_all::<S, V, SPECIAL>(simd, &stage.taps, n_pixels, texels);
             }
         }
         for i in 0..n {
-            stage.rgb[i] =
-                paint.color(simd, stage, i, if POINT { Some(&stage.lights[i]) } else { None });
-            if stage.good[i] != 0xff {
-                leave(&stage.places, 8 * i..n_pixels.min(8 * i + 8), stage.good[i], left);
+            paint.color::<S, V, POINT>(simd, stage, i);
+            if stage.good.0[i] != all(V::LEN) {
+                let first = i * V::LEN;
+                let end = n_pixels.min(first + V::LEN);
+                leave(&stage.places, first..end, stage.good.0[i], left);
             }
         }
         match out {
             Out::Bytes(out) => {
-                let values = stage.rgb[..n].as_flattened_mut();
-                match paint.encoding {
-                    _ if !SPECIAL => encoder.encode_all(simd, values),
-                    Encoding::Exact => encoder.encode_all(simd, values),
-                    Encoding::Table => encode_by_table(simd, values),
-                    Encoding::Polynomial => encode_by_polynomial(simd, values),
+                for channel in &mut stage.rgb {
+                    let values = &mut channel.0[..n * V::LEN];
+                    match paint.encoding {
+                        _ if !SPECIAL => encoder.encode_all::<S, V>(simd, values),
+                        Encoding::Exact => encoder.encode_all::<S, V>(simd, values),
+                        Encoding::Table => encode_by_table::<S, V>(simd, values),
+                        Encoding::Polynomial => encode_by_polynomial::<S, V>(simd, values),
+                    }
                 }
-                for i in 0..n_pixels / 8 {
-                    store_codes(stage.places.out(i), codes(simd, &stage.rgb[i]), out);
-                }
-                if !n_pixels.is_multiple_of(8) {
-                    let places = &stage.places.out(n - 1)[..n_pixels % 8];
-                    store_each(places, codes(simd, &stage.rgb[n - 1]), out);
+                for i in 0..n {
+                    let first = i * V::LEN;
+                    let end = n_pixels.min(first + V::LEN);
+                    store_codes(
+                        &stage.places.out()[first..end],
+                        codes::<S, V>(simd, &stage.rgb, i).as_slice(),
+                        out,
+                    );
                 }
             }
             Out::Linear(out) => {
+                let [r, g, b] = &stage.rgb;
                 for i in 0..n_pixels {
-                    let [r, g, b] = &stage.rgb[i / 8];
-                    let [r, g, b] = [r[i % 8], g[i % 8], b[i % 8]];
-                    out[stage.places.out(i / 8)[i % 8] as usize] =
-                        Vec4::new(f32::from_bits(r), f32::from_bits(g), f32::from_bits(b), 1.0);
+                    let [r, g, b] = [r.0[i], g.0[i], b.0[i]].map(f32::from_bits);
+                    out[stage.places.out()[i] as usize] = Vec4::new(r, g, b, 1.0);
                 }
             }
         }
@@ -260,34 +282,43 @@ pub struct Scratch(pub(super) Stage);
 #[derive(Debug, Default)]
 pub(super) struct Stage {
     pub(super) places: Places,
-    pub(super) u: [[f32; 8]; EIGHTS],
-    pub(super) v: [[f32; 8]; EIGHTS],
+    pub(super) u: Column<f32>,
+    pub(super) v: Column<f32>,
     /// Footprints, then levels of detail.
-    pub(super) lod: [[f32; 8]; EIGHTS],
+    pub(super) lod: Column<f32>,
     /// Longer axes of footprints, u and v, and how many samples lie along them.
-    stretch: [[[f32; 8]; 3]; EIGHTS],
-    light: [[f32; 8]; EIGHTS],
+    stretch: [Column<f32>; 3],
+    light: Column<f32>,
     /// From a light at a point, red, green and blue.
-    lights: [[[f32; 8]; 3]; EIGHTS],
+    lights: [Column<f32>; 3],
     /// Vertex colours, red, green and blue.
-    colors: [[[f32; 8]; 3]; EIGHTS],
-    /// Which pixels are to be trusted, a bit each.
-    pub(super) good: [u64; EIGHTS],
+    colors: [Column<f32>; 3],
+    /// Which pixels are to be trusted, a bit each, by group.
+    pub(super) good: Column<u64>,
     pub(super) taps: Taps,
-    pub(super) texels: [[[f32; 4]; 8]; EIGHTS],
+    pub(super) texels: Column<[f32; 4]>,
+    /// Samples along footprints.
+    samples: Column<[f32; 4]>,
     /// Colours, red, green and blue: the bits of floats, then codes.
-    rgb: [[[u32; 8]; 3]; EIGHTS],
+    rgb: [Column<u32>; 3],
+}
+
+/// All pixels of a group are good.
+#[inline(always)]
+const fn all(lanes: usize) -> u64 {
+    (1 << lanes) - 1
 }
 
 #[cold]
 fn leave(places: &Places, of: Range<usize>, good: u64, left: &mut Vec<Run>) {
-    left.extend(of.filter(|i| good >> (i % 8) & 1 == 0).map(|i| places.pixel(i)));
+    let first = of.start;
+    left.extend(of.filter(|i| good >> (i - first) & 1 == 0).map(|i| places.pixel(i)));
 }
 
 impl Paint<'_> {
-    /// Reads the attributes of eight pixels off their records, and all that follows without texels.
+    /// Reads the attributes of a group off their records, and all that follows without texels.
     #[inline(always)]
-    pub(super) fn place<S: Simd, const SPECIAL: bool>(
+    pub(super) fn place<S: Simd, V: Lanes<S>, const SPECIAL: bool>(
         &self,
         simd: S,
         records: &[Record],
@@ -295,68 +326,73 @@ impl Paint<'_> {
         stage: &mut Stage,
         i: usize,
     ) {
-        let zero = f32x8::splat(simd, 0.0);
-        stage.good[i] = 0xff;
+        let zero = V::splat(simd, 0.0);
+        stage.good.0[i] = all(V::LEN);
         let is_smooth = matches!(self.light, Lit::Smooth { .. });
         if matches!(self.light, Lit::Flat) {
-            for lane in 0..8 {
-                stage.light[i][lane] = records[stage.places.records(i)[lane] as usize].at[NORMAL];
+            let numbers = stage.places.records(i, V::LEN);
+            let light = stage.light.of_mut(i, V::LEN);
+            for lane in 0..V::LEN {
+                light[lane] = records[numbers[lane] as usize].at[NORMAL];
             }
         }
         if self.texture.is_none() && !self.has_colors && !is_smooth {
             return; // one colour for each triangle
         }
-        let is_one = stage.places.is_one_triangle(simd, i);
+        let is_one = stage.places.is_one_triangle::<S, V>(simd, i);
         let values = if is_one {
-            values_of_one(simd, &stage.places, i, records)
+            values_of_one::<S, V>(simd, &stage.places, i, records)
         } else {
-            values(simd, &stage.places, i, records)
+            values::<S, V>(simd, &stage.places, i, records)
         };
         let [w, u, v, least] = values.low;
         let mut good = w.simd_gt(least);
         let is_rough = SPECIAL && self.division == Division::Approximate;
         let over_w = if is_rough {
             good &= is_in_range(simd, w);
-            reciprocal8(simd, w)
+            reciprocals(simd, w)
         } else {
-            f32x8::splat(simd, 1.0) / w
+            V::splat(simd, 1.0) / w
         };
         if let Some(texture) = &self.texture {
             let uv = [u * over_w, v * over_w];
-            let [[wx, ux, vx], [wy, uy, vy]] = if is_one {
-                changes_of_one(simd, &records[stage.places.records(i)[0] as usize])
-            } else {
-                changes(simd, stage.places.records(i), records)
-            };
+            let [[wx, ux, vx], [wy, uy, vy]] = values.changes;
             // The quotient rule: (a / w)' = (a' - (a / w) w') / w.
             let ddx = [(ux - uv[0] * wx) * over_w, (vx - uv[1] * wx) * over_w];
             let ddy = [(uy - uv[0] * wy) * over_w, (vy - uv[1] * wy) * over_w];
             match texture {
                 Sampled::Wide(sampler) => {
-                    (stage.u[i], stage.v[i]) = (uv[0].into(), uv[1].into());
-                    stage.lod[i] = sampler.footprint8(ddx, ddy).into();
+                    stage.u.set(i, uv[0]);
+                    stage.v.set(i, uv[1]);
+                    stage.lod.set(i, sampler.footprint::<S, V>(ddx, ddy));
                 }
                 Sampled::Stretched(sampler) if SPECIAL => {
-                    (stage.u[i], stage.v[i]) = (uv[0].into(), uv[1].into());
-                    let (piece2, [u, v, n]) = sampler.stretch8(simd, ddx, ddy);
-                    stage.lod[i] = piece2.into();
-                    stage.stretch[i] = [u.into(), v.into(), n.into()];
+                    stage.u.set(i, uv[0]);
+                    stage.v.set(i, uv[1]);
+                    let (piece2, [u, v, n]) = sampler.stretch(simd, ddx, ddy);
+                    stage.lod.set(i, piece2);
+                    stage.stretch[0].set(i, u);
+                    stage.stretch[1].set(i, v);
+                    stage.stretch[2].set(i, n);
                 }
                 Sampled::Stretched(_) => {} // special
                 Sampled::OneByOne(texture, filter) => {
-                    stage.texels[i] = one_by_one(
-                        texture,
-                        *filter,
-                        [uv[0].into(), uv[1].into()],
-                        [ddx[0].into(), ddx[1].into()],
-                        [ddy[0].into(), ddy[1].into()],
-                    );
+                    let numbers = [uv[0], uv[1], ddx[0], ddx[1], ddy[0], ddy[1]];
+                    let numbers = numbers.map(|numbers| {
+                        let mut lanes = [0.0; WIDEST];
+                        numbers.store_slice(&mut lanes[..V::LEN]);
+                        lanes
+                    });
+                    let out = &mut stage.texels.0[i * V::LEN..][..V::LEN];
+                    one_by_one(texture, *filter, &numbers, out);
                 }
             }
         }
         if self.has_colors {
-            let [r, g, b] = colors_over_w(simd, &stage.places, i, records, colors);
-            stage.colors[i] = [(r * over_w).into(), (g * over_w).into(), (b * over_w).into()];
+            let [r, g, b] = colors_over_w::<S, V>(simd, &stage.places, i, records, colors);
+            stage.colors[0].set(i, r * over_w);
+            stage.colors[1].set(i, g * over_w);
+            stage.colors[2].set(i, b * over_w);
         }
         if let Lit::Smooth { direction, ambient } = self.light {
             // Normals over w: their length does not matter.
@@ -364,231 +400,239 @@ impl Paint<'_> {
             let length2 = x * x + y * y + z * z;
             let cosine = x * direction.x + y * direction.y + z * direction.z;
             let cosine = if is_rough {
-                cosine * inverse_sqrt8(simd, length2)
+                cosine * inverse_sqrts(simd, length2)
             } else {
                 cosine / length2.sqrt()
             };
             let cosine = cosine.simd_gt(zero).select(cosine, zero);
-            stage.light[i] = (cosine * (1.0 - ambient) + ambient).into();
+            stage.light.set(i, cosine * (1.0 - ambient) + ambient);
             good &= is_in_range(simd, length2); // so squares are safe
         }
-        stage.good[i] = good.to_bitmask();
+        stage.good.0[i] = good.to_bitmask();
     }
 
-    /// The colours of eight pixels.
+    /// The colours of a group.
     #[inline(always)]
-    fn color<S: Simd>(
-        &self,
-        simd: S,
-        stage: &Stage,
-        i: usize,
-        point: Option<&[[f32; 8]; 3]>,
-    ) -> [[u32; 8]; 3] {
+    fn color<S: Simd, V: Lanes<S>, const POINT: bool>(&self, simd: S, stage: &mut Stage, i: usize) {
         let mut rgb = [
-            f32x8::splat(simd, self.factor.x),
-            f32x8::splat(simd, self.factor.y),
-            f32x8::splat(simd, self.factor.z),
+            V::splat(simd, self.factor.x),
+            V::splat(simd, self.factor.y),
+            V::splat(simd, self.factor.z),
         ];
         if self.texture.is_some() {
-            // No loop over vectors: it might become a call.
-            let [a, b, c, d, e, f, g, h] = &stage.texels[i];
-            let [r, g, b, _] = transposed(&[
-                f32x4::simd_from(simd, *a),
-                f32x4::simd_from(simd, *b),
-                f32x4::simd_from(simd, *c),
-                f32x4::simd_from(simd, *d),
-                f32x4::simd_from(simd, *e),
-                f32x4::simd_from(simd, *f),
-                f32x4::simd_from(simd, *g),
-                f32x4::simd_from(simd, *h),
-            ]);
-            let step = f32x8::splat(simd, STEP);
+            let [r, g, b, _] = turned4::<S, V>(&fours(simd, stage.texels.of(i, V::LEN)));
+            let step = V::splat(simd, STEP);
             rgb = [rgb[0] * (r * step), rgb[1] * (g * step), rgb[2] * (b * step)];
         }
         if self.has_colors {
-            let [r, g, b] = &stage.colors[i];
+            let [r, g, b] = &stage.colors;
             rgb = [
-                rgb[0] * f32x8::simd_from(simd, *r),
-                rgb[1] * f32x8::simd_from(simd, *g),
-                rgb[2] * f32x8::simd_from(simd, *b),
+                rgb[0] * r.get::<S, V>(simd, i),
+                rgb[1] * g.get::<S, V>(simd, i),
+                rgb[2] * b.get::<S, V>(simd, i),
             ];
         }
         if !matches!(self.light, Lit::No) {
-            let light = f32x8::simd_from(simd, stage.light[i]);
-            rgb = match point {
-                None => [rgb[0] * light, rgb[1] * light, rgb[2] * light],
-                Some([r, g, b]) => [
-                    rgb[0] * (light + f32x8::simd_from(simd, *r)),
-                    rgb[1] * (light + f32x8::simd_from(simd, *g)),
-                    rgb[2] * (light + f32x8::simd_from(simd, *b)),
-                ],
+            let light: V = stage.light.get(simd, i);
+            rgb = if POINT {
+                let [r, g, b] = &stage.lights;
+                [
+                    rgb[0] * (light + r.get::<S, V>(simd, i)),
+                    rgb[1] * (light + g.get::<S, V>(simd, i)),
+                    rgb[2] * (light + b.get::<S, V>(simd, i)),
+                ]
+            } else {
+                [rgb[0] * light, rgb[1] * light, rgb[2] * light]
             };
         }
-        [
-            rgb[0].bitcast::<u32x8<S>>().into(),
-            rgb[1].bitcast::<u32x8<S>>().into(),
-            rgb[2].bitcast::<u32x8<S>>().into(),
-        ]
+        stage.rgb[0].set(i, rgb[0].bitcast::<V::Uints>());
+        stage.rgb[1].set(i, rgb[1].bitcast::<V::Uints>());
+        stage.rgb[2].set(i, rgb[2].bitcast::<V::Uints>());
     }
 }
 
 /// Which numbers are far from the ends of what floats can be.
 #[inline(always)]
-pub(super) fn is_in_range<S: Simd>(simd: S, x: f32x8<S>) -> mask32x8<S> {
-    x.simd_gt(f32x8::splat(simd, RANGE[0])) & x.simd_lt(f32x8::splat(simd, RANGE[1]))
+pub(super) fn is_in_range<S: Simd, V: Lanes<S>>(simd: S, x: V) -> V::Mask {
+    x.simd_gt(V::splat(simd, RANGE[0])) & x.simd_lt(V::splat(simd, RANGE[1]))
 }
 
-/// Attributes over w at eight pixels.
-pub(super) struct Values<S: Simd> {
+/// Attributes over w at the pixels of a group.
+pub(super) struct Values<V> {
     /// Sum of shares, u, v, and the least sum.
-    pub low: [f32x8<S>; 4],
-    pub normal: [f32x8<S>; 3],
+    pub low: [V; 4],
+    pub normal: [V; 3],
+    /// Changes of w, u and v over w per pixel to the right and down.
+    pub changes: [[V; 3]; 2],
 }
 
-/// Of pixels that may all be of different triangles: pixel by pixel, then turned.
+/// Of pixels that may all be of different triangles.
 #[inline(always)]
-fn values<S: Simd>(simd: S, places: &Places, i: usize, records: &[Record]) -> Values<S> {
-    let (mut low, mut high) = ([f32x4::splat(simd, 0.0); 8], [f32x4::splat(simd, 0.0); 8]);
-    let (numbers, x, y) = (places.records(i), places.x(i), places.y(i));
-    for lane in 0..8 {
-        let record = &records[numbers[lane] as usize];
-        let (dx, dy) = (x[lane] - record.anchor[0], y[lane] - record.anchor[1]);
-        let at = f32x8::simd_from(simd, record.at);
-        let ddx = f32x8::simd_from(simd, record.ddx);
-        let ddy = f32x8::simd_from(simd, record.ddy);
-        (low[lane], high[lane]) = (at + ddx * dx + ddy * dy).split();
+pub(super) fn values<S: Simd, V: Lanes<S>>(
+    simd: S,
+    places: &Places,
+    i: usize,
+    records: &[Record],
+) -> Values<V> {
+    let numbers = places.records(i, V::LEN);
+    let [mut at, mut ddx, mut ddy] = [[V::splat(simd, 0.0); 8]; 3];
+    for part in 0..8 {
+        // A part of one record, or several.
+        let first = part * V::LEN / 8;
+        let a = &records[numbers[first] as usize];
+        let b = &records[numbers[(first + 1).min(V::LEN - 1)] as usize];
+        at[part] = V::part_of(simd, part, [&a.at, &b.at]);
+        ddx[part] = V::part_of(simd, part, [&a.ddx, &b.ddx]);
+        ddy[part] = V::part_of(simd, part, [&a.ddy, &b.ddy]);
     }
-    let [x, y, z, _] = transposed(&high);
-    Values { low: transposed(&low), normal: [x, y, z] }
+    values_of(simd, places, i, [turned::<S, V>(&at), turned::<S, V>(&ddx), turned::<S, V>(&ddy)])
 }
 
-/// The same, operation by operation, of pixels of one triangle.
+/// Of pixels of one triangle.
 #[inline(always)]
-fn values_of_one<S: Simd>(simd: S, places: &Places, i: usize, records: &[Record]) -> Values<S> {
-    let record = &records[places.records(i)[0] as usize];
-    let dx = f32x8::simd_from(simd, *places.x(i)) - record.anchor[0];
-    let dy = f32x8::simd_from(simd, *places.y(i)) - record.anchor[1];
+pub(super) fn values_of_one<S: Simd, V: Lanes<S>>(
+    simd: S,
+    places: &Places,
+    i: usize,
+    records: &[Record],
+) -> Values<V> {
+    let record = &records[places.records(i, V::LEN)[0] as usize];
+    let [at, ddx, ddy] = [&record.at, &record.ddx, &record.ddy];
+    values_of(simd, places, i, [splats(simd, at), splats(simd, ddx), splats(simd, ddy)])
+}
+
+/// From the numbers of the records, each of all pixels.
+#[inline(always)]
+fn values_of<S: Simd, V: Lanes<S>>(
+    simd: S,
+    places: &Places,
+    i: usize,
+    [at, ddx, ddy]: [[V; 8]; 3],
+) -> Values<V> {
+    let dx = places.x().get::<S, V>(simd, i) - ddx[ANCHOR];
+    let dy = places.y().get::<S, V>(simd, i) - ddy[ANCHOR];
     Values {
         low: [
-            value(simd, record, 0, dx, dy),
-            value(simd, record, 1, dx, dy),
-            value(simd, record, 2, dx, dy),
-            f32x8::splat(simd, record.at[LEAST]),
+            at[0] + ddx[0] * dx + ddy[0] * dy,
+            at[1] + ddx[1] * dx + ddy[1] * dy,
+            at[2] + ddx[2] * dx + ddy[2] * dy,
+            at[LEAST],
         ],
         normal: [
-            value(simd, record, NORMAL, dx, dy),
-            value(simd, record, NORMAL + 1, dx, dy),
-            value(simd, record, NORMAL + 2, dx, dy),
+            at[NORMAL] + ddx[NORMAL] * dx + ddy[NORMAL] * dy,
+            at[NORMAL + 1] + ddx[NORMAL + 1] * dx + ddy[NORMAL + 1] * dy,
+            at[NORMAL + 2] + ddx[NORMAL + 2] * dx + ddy[NORMAL + 2] * dy,
         ],
+        changes: [[ddx[0], ddx[1], ddx[2]], [ddy[0], ddy[1], ddy[2]]],
     }
 }
 
 #[inline(always)]
-fn value<S: Simd>(simd: S, record: &Record, lane: usize, dx: f32x8<S>, dy: f32x8<S>) -> f32x8<S> {
-    let (at, ddx, ddy) = (record.at[lane], record.ddx[lane], record.ddy[lane]);
-    f32x8::splat(simd, at) + f32x8::splat(simd, ddx) * dx + f32x8::splat(simd, ddy) * dy
-}
-
-/// Changes of w, u and v over w per pixel to the right and down.
-#[inline(always)]
-fn changes<S: Simd>(simd: S, numbers: &[u32; 8], records: &[Record]) -> [[f32x8<S>; 3]; 2] {
-    let (mut ddx, mut ddy) = ([f32x4::splat(simd, 0.0); 8], [f32x4::splat(simd, 0.0); 8]);
-    for lane in 0..8 {
-        let record = &records[numbers[lane] as usize];
-        ddx[lane] = f32x4::from_slice(simd, &record.ddx[..4]);
-        ddy[lane] = f32x4::from_slice(simd, &record.ddy[..4]);
-    }
-    let [wx, ux, vx, _] = transposed(&ddx);
-    let [wy, uy, vy, _] = transposed(&ddy);
-    [[wx, ux, vx], [wy, uy, vy]]
-}
-
-#[inline(always)]
-fn changes_of_one<S: Simd>(simd: S, record: &Record) -> [[f32x8<S>; 3]; 2] {
-    let Record { ddx: x, ddy: y, .. } = record;
+fn splats<S: Simd, V: Lanes<S>>(simd: S, x: &[f32; 8]) -> [V; 8] {
     [
-        [f32x8::splat(simd, x[0]), f32x8::splat(simd, x[1]), f32x8::splat(simd, x[2])],
-        [f32x8::splat(simd, y[0]), f32x8::splat(simd, y[1]), f32x8::splat(simd, y[2])],
+        V::splat(simd, x[0]),
+        V::splat(simd, x[1]),
+        V::splat(simd, x[2]),
+        V::splat(simd, x[3]),
+        V::splat(simd, x[4]),
+        V::splat(simd, x[5]),
+        V::splat(simd, x[6]),
+        V::splat(simd, x[7]),
     ]
 }
 
 #[inline(always)]
-#[expect(clippy::needless_range_loop, reason = "iterators over vectors may become calls")]
-fn colors_over_w<S: Simd>(
+fn colors_over_w<S: Simd, V: Lanes<S>>(
     simd: S,
     places: &Places,
     i: usize,
     records: &[Record],
     colors: &[ColorPlanes],
-) -> [f32x8<S>; 3] {
-    let mut values = [f32x4::splat(simd, 0.0); 8];
-    for lane in 0..8 {
-        let record = places.records(i)[lane] as usize;
-        let (x, y) = (places.x(i)[lane], places.y(i)[lane]);
-        let (anchor, planes) = (&records[record].anchor, &colors[record]);
+) -> [V; 3] {
+    let mut values = [[0.0; 4]; WIDEST];
+    let (numbers, x, y) =
+        (places.records(i, V::LEN), places.x().of(i, V::LEN), places.y().of(i, V::LEN));
+    for lane in 0..V::LEN {
+        let record = &records[numbers[lane] as usize];
+        let planes = &colors[numbers[lane] as usize];
+        let [anchor_x, anchor_y] = record.anchor();
         let at = f32x4::simd_from(simd, planes.at);
         let ddx = f32x4::simd_from(simd, planes.ddx);
         let ddy = f32x4::simd_from(simd, planes.ddy);
-        values[lane] = at + ddx * (x - anchor[0]) + ddy * (y - anchor[1]);
+        values[lane] = (at + ddx * (x[lane] - anchor_x) + ddy * (y[lane] - anchor_y)).into();
     }
-    let [r, g, b, _] = transposed(&values);
+    let [r, g, b, _] = turned4::<S, V>(&fours(simd, &values[..V::LEN]));
     [r, g, b]
 }
 
-/// From four numbers of each pixel to eight pixels of each number.
+/// Four numbers of each pixel of a group, one pixel after the other.
 #[inline(always)]
-pub(super) fn transposed<S: Simd>(rows: &[f32x4<S>; 8]) -> [f32x8<S>; 4] {
-    let [a, b, c, d] = transposed4([rows[0], rows[1], rows[2], rows[3]]);
-    let [e, f, g, h] = transposed4([rows[4], rows[5], rows[6], rows[7]]);
-    [a.combine(e), b.combine(f), c.combine(g), d.combine(h)]
+pub(super) fn fours<S: Simd, V: Lanes<S>>(simd: S, rows: &[[f32; 4]]) -> [V; 4] {
+    let numbers = rows.as_flattened();
+    let len = V::LEN;
+    [
+        V::from_slice(simd, &numbers[..len]),
+        V::from_slice(simd, &numbers[len..2 * len]),
+        V::from_slice(simd, &numbers[2 * len..3 * len]),
+        V::from_slice(simd, &numbers[3 * len..4 * len]),
+    ]
 }
 
+/// From four numbers of each pixel, one pixel after the other, to all pixels of each number.
 #[inline(always)]
-fn transposed4<S: Simd>([a, b, c, d]: [f32x4<S>; 4]) -> [f32x4<S>; 4] {
-    let (ac, bd) = (a.zip_low(c), b.zip_low(d));
-    let (ac_high, bd_high) = (a.zip_high(c), b.zip_high(d));
-    [ac.zip_low(bd), ac.zip_high(bd), ac_high.zip_low(bd_high), ac_high.zip_high(bd_high)]
+pub(super) fn turned4<S: Simd, V: Lanes<S>>([a, b, c, d]: &[V; 4]) -> [V; 4] {
+    let (ab_even, ab_odd) = a.deinterleave(*b);
+    let (cd_even, cd_odd) = c.deinterleave(*d);
+    let (x, z) = ab_even.deinterleave(cd_even);
+    let (y, w) = ab_odd.deinterleave(cd_odd);
+    [x, y, z, w]
+}
+
+/// From eight numbers of each pixel, one pixel after the other, to all pixels of each number.
+#[inline(always)]
+fn turned<S: Simd, V: Lanes<S>>([a, b, c, d, e, f, g, h]: &[V; 8]) -> [V; 8] {
+    // Numbers 0, 2, 4, 6 and 1, 3, 5, 7 of four pixels each.
+    let (ab_even, ab_odd) = a.deinterleave(*b);
+    let (cd_even, cd_odd) = c.deinterleave(*d);
+    let (ef_even, ef_odd) = e.deinterleave(*f);
+    let (gh_even, gh_odd) = g.deinterleave(*h);
+    let [n0, n2, n4, n6] = turned4::<S, V>(&[ab_even, cd_even, ef_even, gh_even]);
+    let [n1, n3, n5, n7] = turned4::<S, V>(&[ab_odd, cd_odd, ef_odd, gh_odd]);
+    [n0, n1, n2, n3, n4, n5, n6, n7]
 }
 
 #[cold]
 fn one_by_one(
     texture: &Texture,
     filter: Filter,
-    uv: [[f32; 8]; 2],
-    ddx: [[f32; 8]; 2],
-    ddy: [[f32; 8]; 2],
-) -> [[f32; 4]; 8] {
-    std::array::from_fn(|lane| {
-        let [uv, ddx, ddy] = [uv, ddx, ddy].map(|[u, v]| Vec2::new(u[lane], v[lane]));
-        (sample(texture, uv, ddx, ddy, filter) / STEP).to_array()
-    })
+    [u, v, u_ddx, v_ddx, u_ddy, v_ddy]: &[[f32; WIDEST]; 6],
+    out: &mut [[f32; 4]],
+) {
+    for (i, out) in out.iter_mut().enumerate() {
+        let [uv, ddx, ddy] =
+            [[u, v], [u_ddx, v_ddx], [u_ddy, v_ddy]].map(|[u, v]| Vec2::new(u[i], v[i]));
+        *out = (sample(texture, uv, ddx, ddy, filter) / STEP).to_array();
+    }
 }
 
-/// Eight pixels' codes side by side, opaque.
+/// The codes of a group side by side, opaque.
 #[inline(always)]
-fn codes<S: Simd>(simd: S, [r, g, b]: &[[u32; 8]; 3]) -> [u32; 8] {
-    let r = u32x8::simd_from(simd, *r);
-    let g = u32x8::simd_from(simd, *g);
-    let b = u32x8::simd_from(simd, *b);
-    (r | g << 8 | b << 16 | 0xff00_0000).into()
+fn codes<S: Simd, V: Lanes<S>>(simd: S, [r, g, b]: &[Column<u32>; 3], i: usize) -> V::Uints {
+    let [r, g, b]: [V::Uints; 3] = [r.get(simd, i), g.get(simd, i), b.get(simd, i)];
+    r | g << 8 | b << 16 | V::Uints::splat(simd, 0xff00_0000)
 }
 
-/// Writes eight pixels: most are neighbours in a row.
+/// Writes pixels: most are neighbours in a row.
 #[inline(always)]
-fn store_codes(places: &[u32; 8], codes: [u32; 8], out: &mut [[u8; 4]]) {
-    let first = places[0] as usize;
-    let is_row = places[7] == places[0] + 7;
-    if is_row && let Some(row) = out.get_mut(first..first + 8) {
+fn store_codes(places: &[u32], codes: &[u32], out: &mut [[u8; 4]]) {
+    let (first, n) = (places[0] as usize, places.len());
+    let is_row = n == codes.len() && places[n - 1] as usize == first + n - 1;
+    if is_row && let Some(row) = out.get_mut(first..first + n) {
         for (out, code) in row.iter_mut().zip(codes) {
             *out = code.to_le_bytes();
         }
         return;
     }
-    store_each(places, codes, out);
-}
-
-#[inline(always)]
-fn store_each(places: &[u32], codes: [u32; 8], out: &mut [[u8; 4]]) {
     for (place, code) in places.iter().zip(codes) {
         out[*place as usize] = code.to_le_bytes();
     }

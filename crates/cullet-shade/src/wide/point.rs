@@ -1,16 +1,17 @@
-//! A light at a point, on eight pixels: [`PointLight`]'s formula, wide.
+//! A light at a point, on many pixels: [`PointLight`]'s formula, wide.
 //!
 //! The vector to the light is an attribute like others, a plane over the picture after a divide by `w`.
 //! It is taken from the light in f64 and only then rounded, so a scene far from the origin loses nothing.
 
 use cullet_raster::Shares4;
-use fearless_simd::{Simd, f32x4, f32x8, prelude::*};
+use fearless_simd::{Simd, f32x4, prelude::*};
 use glam::Vec3;
 
-use super::paint::{Values, is_in_range, transposed};
+use super::column::{Lanes, WIDEST};
+use super::paint::{Values, fours, is_in_range, turned4};
 use super::record::Record;
 use super::run::Places;
-use crate::division::{inverse_sqrt8, reciprocal8};
+use crate::division::{inverse_sqrts, reciprocals};
 use crate::light::PointLight;
 use crate::surface::Surface;
 
@@ -54,46 +55,49 @@ fn to_light(light: &PointLight, surface: &Surface<'_>, corner: u32) -> [f32; 4] 
     [x, y, z, 0.0]
 }
 
-/// What `light` adds at eight pixels, red, green and blue; and for which of them f32 serves.
+/// What `light` adds at a group of pixels, red, green and blue; and for which of them f32 serves.
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "one call, in two ways")]
-pub(super) fn light_on<S: Simd>(
+pub(super) fn light_on<S: Simd, V: Lanes<S>>(
     simd: S,
     light: &PointLight,
     places: &Places,
     i: usize,
     records: &[Record],
     points: &[PointPlanes],
-    values: &Values<S>,
+    values: &Values<V>,
     is_flat: bool,
     is_rough: bool,
-) -> ([[f32; 8]; 3], u64) {
-    let (mut rows, mut normals) = ([f32x4::splat(simd, 0.0); 8], [f32x4::splat(simd, 0.0); 8]);
-    for lane in 0..8 {
-        let record = places.records(i)[lane] as usize;
-        let (x, y) = (places.x(i)[lane], places.y(i)[lane]);
-        let (anchor, planes) = (&records[record].anchor, &points[record]);
+) -> ([V; 3], u64) {
+    let [mut rows, mut normals] = [[[0.0; 4]; WIDEST]; 2];
+    let (numbers, x, y) =
+        (places.records(i, V::LEN), places.x().of(i, V::LEN), places.y().of(i, V::LEN));
+    for lane in 0..V::LEN {
+        let record = &records[numbers[lane] as usize];
+        let planes = &points[numbers[lane] as usize];
+        let [anchor_x, anchor_y] = record.anchor();
         let at = f32x4::simd_from(simd, planes.at);
         let ddx = f32x4::simd_from(simd, planes.ddx);
         let ddy = f32x4::simd_from(simd, planes.ddy);
-        rows[lane] = at + ddx * (x - anchor[0]) + ddy * (y - anchor[1]);
-        normals[lane] = f32x4::simd_from(simd, planes.normal);
+        rows[lane] = (at + ddx * (x[lane] - anchor_x) + ddy * (y[lane] - anchor_y)).into();
+        normals[lane] = planes.normal;
     }
+    let (rows, normals) = (&rows[..V::LEN], &normals[..V::LEN]);
     let [w, _, _, least] = values.low;
-    let zero = f32x8::splat(simd, 0.0);
-    let one = f32x8::splat(simd, 1.0);
-    let over_w = if is_rough { reciprocal8(simd, w) } else { one / w };
-    let [x, y, z, _] = transposed(&rows);
+    let zero = V::splat(simd, 0.0);
+    let one = V::splat(simd, 1.0);
+    let over_w = if is_rough { reciprocals(simd, w) } else { one / w };
+    let [x, y, z, _] = turned4::<S, V>(&fours(simd, rows));
     let (x, y, z) = (x * over_w, y * over_w, z * over_w);
     let [nx, ny, nz] = if is_flat {
-        let [nx, ny, nz, _] = transposed(&normals);
+        let [nx, ny, nz, _] = turned4::<S, V>(&fours(simd, normals));
         [nx, ny, nz]
     } else {
         // Over w, of any length; what is too short or too long is left to the plain code.
         let [nx, ny, nz] = values.normal;
         let length2 = nx * nx + ny * ny + nz * nz;
         if is_rough {
-            let over = inverse_sqrt8(simd, length2);
+            let over = inverse_sqrts(simd, length2);
             [nx * over, ny * over, nz * over]
         } else {
             let length = length2.sqrt();
@@ -102,16 +106,16 @@ pub(super) fn light_on<S: Simd>(
     };
     let [radius2, inverse_radius2] = light.radius2();
     let distance2 = x * x + y * y + z * z;
-    let reached = distance2.simd_gt(zero) & distance2.simd_lt(f32x8::splat(simd, radius2));
+    let reached = distance2.simd_gt(zero) & distance2.simd_lt(V::splat(simd, radius2));
     let cosine = nx * x + ny * y + nz * z;
     let cosine = cosine.simd_gt(zero).select(cosine, zero);
     let cosine =
-        if is_rough { cosine * inverse_sqrt8(simd, distance2) } else { cosine / distance2.sqrt() };
+        if is_rough { cosine * inverse_sqrts(simd, distance2) } else { cosine / distance2.sqrt() };
     let share = distance2 * inverse_radius2;
     let window = one - share * share;
     let window = window.simd_gt(zero).select(window, zero);
     let falloff = if is_rough {
-        window * window * reciprocal8(simd, distance2 + one)
+        window * window * reciprocals(simd, distance2 + one)
     } else {
         window * window / (distance2 + one)
     };
@@ -119,7 +123,6 @@ pub(super) fn light_on<S: Simd>(
     let strength = reached.select(strength, zero);
     let color = light.color();
     let rgb = [strength * color.x, strength * color.y, strength * color.z];
-    let rgb = [rgb[0].into(), rgb[1].into(), rgb[2].into()];
     let good = w.simd_gt(least);
     let good = if is_rough { good & (is_in_range(simd, distance2) | !reached) } else { good };
     (rgb, good.to_bitmask())

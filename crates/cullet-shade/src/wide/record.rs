@@ -19,6 +19,8 @@ use crate::surface::{Surface, flat_normal};
 /// Lanes of a [`Record`]: the sum of shares, texture coordinates, the least sum for which the
 /// planes serve, and the normal, or the light on a flat triangle.
 pub(super) const LEAST: usize = 3;
+/// Of the changes the same lane holds where the planes are counted from, px: x in `ddx`, y in `ddy`.
+pub(super) const ANCHOR: usize = 3;
 pub(super) const NORMAL: usize = 4;
 
 /// Planes of the attributes of a triangle in a block of the picture.
@@ -28,7 +30,14 @@ pub struct Record {
     pub(super) at: [f32; 8],
     pub(super) ddx: [f32; 8],
     pub(super) ddy: [f32; 8],
-    pub(super) anchor: [f32; 2],
+}
+
+impl Record {
+    /// Where the planes are counted from, px from the corner of the block.
+    #[inline(always)]
+    pub(super) fn anchor(&self) -> [f32; 2] {
+        [self.ddx[ANCHOR], self.ddy[ANCHOR]]
+    }
 }
 
 /// Planes of vertex colours, red, green and blue.
@@ -209,7 +218,8 @@ impl<'a, S: Simd> Attributes<'a, S> {
         record.ddx = blend(a, b, c, &shares.ddx, lane).into();
         record.ddy = blend(a, b, c, &shares.ddy, lane).into();
         record.at[LEAST] = shares.least[lane];
-        record.anchor = [shares.anchor[0][lane], shares.anchor[1][lane]];
+        record.ddx[ANCHOR] = shares.anchor[0][lane];
+        record.ddy[ANCHOR] = shares.anchor[1][lane];
         if let Some(light) = &self.flat {
             let outward = flat_normal(self.surface, corners);
             record.at[NORMAL] = lambert(if front { outward } else { -outward }, light);

@@ -1,9 +1,9 @@
-//! Pixels on their way to their colours: runs of neighbours, taken apart into eights.
+//! Pixels on their way to their colours: runs of neighbours, taken apart into groups.
 
 use cullet_raster::BLOCK;
-use fearless_simd::{Simd, SimdCvtFloat, f32x8, i32x8, prelude::*, u32x8};
+use fearless_simd::{Simd, prelude::*, u32x8};
 
-use super::sampler::EIGHTS;
+use super::column::{Column, Lanes, ROOM, WIDEST};
 
 /// Neighbours in a row that show one triangle, or a single place anywhere in the block.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -41,12 +41,9 @@ impl Run {
     }
 }
 
-/// Pixels that go through a stage before the next begins.
-const ROOM: usize = 8 * EIGHTS;
-
 /// Runs are written eight pixels at a time, whatever their length, and what is too much is written
-/// over by the next.
-const LANES: usize = ROOM + 16;
+/// over by the next; the last group is filled up.
+const PADDED: usize = ROOM + 8 + WIDEST;
 
 /// What is left of a list of runs.
 #[derive(Debug)]
@@ -56,34 +53,34 @@ pub(super) struct Rest<'a> {
     pub taken: usize,
 }
 
-/// A chunk of pixels, of up to [`EIGHTS`] eights.
+/// A chunk of pixels.
 #[derive(Debug)]
 pub(super) struct Places {
     /// As [`Run::first`] has it.
-    packed: [u32; LANES],
-    out: [u32; LANES],
-    record: [u32; ROOM],
-    x: [f32; ROOM],
-    y: [f32; ROOM],
+    packed: [u32; PADDED],
+    out: [u32; PADDED],
+    record: Column<u32>,
+    x: Column<f32>,
+    y: Column<f32>,
 }
 
 impl Default for Places {
     fn default() -> Self {
         Places {
-            packed: [0; LANES],
-            out: [0; LANES],
-            record: [0; ROOM],
-            x: [0.0; ROOM],
-            y: [0.0; ROOM],
+            packed: [0; PADDED],
+            out: [0; PADDED],
+            record: Column::default(),
+            x: Column::default(),
+            y: Column::default(),
         }
     }
 }
 
 impl Places {
-    /// Takes as many pixels as there is room for, and returns how many. The eight that the last is in
+    /// Takes as many pixels as there is room for, and returns how many. The group that the last is in
     /// is filled up with places beside it.
     #[inline(always)]
-    pub fn take<S: Simd>(&mut self, simd: S, rest: &mut Rest<'_>) -> usize {
+    pub fn take<S: Simd, V: Lanes<S>>(&mut self, simd: S, rest: &mut Rest<'_>) -> usize {
         let Rest { mut runs, mut taken } = *rest;
         let Some(mut last) = runs.first() else { return 0 };
         let mut n = 0;
@@ -112,9 +109,11 @@ impl Places {
         }
         *rest = Rest { runs, taken };
         // These neighbours may lie in the next row, or be of the next triangle: they only have to be there.
-        self.put(simd, n, last, 0);
-        for eight in 0..n.div_ceil(8) {
-            self.unpack(simd, eight);
+        for i in (0..V::LEN).step_by(8) {
+            self.put(simd, n + i, last, 0);
+        }
+        for group in 0..n.div_ceil(V::LEN) {
+            self.unpack::<S, V>(simd, group);
         }
         n
     }
@@ -123,56 +122,58 @@ impl Places {
     #[inline(always)]
     fn put<S: Simd>(&mut self, simd: S, at: usize, run: &Run, i: usize) {
         let lanes = u32x8::simd_from(simd, [0, 1, 2, 3, 4, 5, 6, 7]);
-        let steps = u32x8::simd_from(simd, [0, 16, 32, 48, 64, 80, 96, 112]);
-        let packed = steps + (run.first + 16 * i as u32);
+        let packed = (lanes << 4) + (run.first + 16 * i as u32);
         packed.store_slice(&mut self.packed[at..at + 8]);
         (lanes + (run.out + i as u32)).store_slice(&mut self.out[at..at + 8]);
     }
 
     #[inline(always)]
-    fn unpack<S: Simd>(&mut self, simd: S, eight: usize) {
-        let packed = u32x8::simd_from(simd, self.packed.as_chunks().0[eight]);
-        self.x.as_chunks_mut().0[eight] = place(packed).into();
-        self.y.as_chunks_mut().0[eight] = place(packed >> PLACE_BITS).into();
-        self.record.as_chunks_mut().0[eight] = (packed >> (2 * PLACE_BITS)).into();
+    fn unpack<S: Simd, V: Lanes<S>>(&mut self, simd: S, group: usize) {
+        let first = group * V::LEN;
+        let packed = V::Uints::from_slice(simd, &self.packed[first..first + V::LEN]);
+        self.x.set::<S, V>(group, place(simd, packed));
+        self.y.set::<S, V>(group, place(simd, packed >> PLACE_BITS));
+        self.record.set::<S, V::Uints>(group, packed >> (2 * PLACE_BITS));
     }
 
-    /// Eight places of one triangle, whose record is the first.
+    /// Eight places of one triangle, whose record is the first; groups are filled up.
     pub fn set_eight(&mut self, [x, y]: [[f32; 8]; 2]) {
-        self.record.as_chunks_mut().0[0] = [0; 8];
-        self.x.as_chunks_mut().0[0] = x;
-        self.y.as_chunks_mut().0[0] = y;
+        self.record.0[..WIDEST].fill(0);
+        for first in (0..WIDEST).step_by(8) {
+            self.x.0[first..first + 8].copy_from_slice(&x);
+            self.y.0[first..first + 8].copy_from_slice(&y);
+        }
     }
 
-    /// The records of an eight.
+    /// The records of a group of so many pixels.
     #[inline(always)]
-    pub fn records(&self, eight: usize) -> &[u32; 8] {
-        &self.record.as_chunks().0[eight]
+    pub fn records(&self, group: usize, lanes: usize) -> &[u32] {
+        self.record.of(group, lanes)
     }
 
-    /// Where the colours of an eight go.
+    /// Where the colours go.
     #[inline(always)]
-    pub fn out(&self, eight: usize) -> &[u32; 8] {
-        &self.out.as_chunks().0[eight]
+    pub fn out(&self) -> &[u32] {
+        &self.out
     }
 
     /// Px right of the corner of the block.
     #[inline(always)]
-    pub fn x(&self, eight: usize) -> &[f32; 8] {
-        &self.x.as_chunks().0[eight]
+    pub fn x(&self) -> &Column<f32> {
+        &self.x
     }
 
     /// Px down from the corner of the block.
     #[inline(always)]
-    pub fn y(&self, eight: usize) -> &[f32; 8] {
-        &self.y.as_chunks().0[eight]
+    pub fn y(&self) -> &Column<f32> {
+        &self.y
     }
 
-    /// Whether an eight shows one triangle.
+    /// Whether a group shows one triangle.
     #[inline(always)]
-    pub fn is_one_triangle<S: Simd>(&self, simd: S, eight: usize) -> bool {
-        let records = u32x8::simd_from(simd, *self.records(eight));
-        records.simd_eq(u32x8::splat(simd, self.records(eight)[0])).all_true()
+    pub fn is_one_triangle<S: Simd, V: Lanes<S>>(&self, simd: S, group: usize) -> bool {
+        let records: V::Uints = self.record.get(simd, group);
+        records.simd_eq(V::Uints::splat(simd, self.record.0[group * V::LEN])).all_true()
     }
 
     /// A pixel, by itself.
@@ -183,7 +184,8 @@ impl Places {
 
 /// The lowest bits, px.
 #[inline(always)]
-fn place<S: Simd>(packed: u32x8<S>) -> f32x8<S> {
+fn place<S: Simd, V: Lanes<S>>(simd: S, packed: V::Uints) -> V {
+    let low = packed & V::Uints::splat(simd, (1 << PLACE_BITS) - 1);
     // Signed, which is one instruction, and exact.
-    f32x8::float_from((packed & ((1 << PLACE_BITS) - 1)).bitcast::<i32x8<S>>()) * 0.0625
+    V::float_from(low.bitcast::<V::Ints>()) * 0.0625
 }

@@ -1,6 +1,6 @@
-//! Trilinear filtering of eight pixels: [`mod@crate::sampler`], wide.
+//! Trilinear filtering of many pixels: [`mod@crate::sampler`], wide.
 //!
-//! Where the texels lie is found for eight pixels at once, then each pixel blends its own: left and
+//! Where the texels lie is found for a group of pixels at once, then each pixel blends its own: left and
 //! right neighbours are 16 bytes in a row, so one load fetches and one vector holds them; rows
 //! are blended first, then left and right of both levels at once, then the levels. In this
 //! form equal ends blend to exactly themselves.
@@ -10,10 +10,9 @@
 
 use cullet_raster::prefetch;
 use cullet_scene::Wrap;
-use fearless_simd::{
-    Simd, SimdCvtFloat, SimdCvtTruncate, f32x4, f32x8, i32x8, prelude::*, u16x8, u32x8,
-};
+use fearless_simd::{Simd, SimdCvtFloat, SimdCvtTruncate, f32x4, f32x8, i32x8, prelude::*, u16x8};
 
+use super::column::{Column, Lanes, ROOM};
 use super::fixed::{self, Eight, Fixed, Sixteen};
 use super::run::Places;
 use crate::sampler::{Arithmetic, Filter, MOST_SAMPLES};
@@ -73,7 +72,7 @@ impl<'a> Sampler<'a> {
     /// The squared length in texels of the longer side of a pixel, by the changes of texture
     /// coordinates per pixel; NaN if either side is.
     #[inline(always)]
-    pub fn footprint8<S: Simd>(&self, ddx: [f32x8<S>; 2], ddy: [f32x8<S>; 2]) -> f32x8<S> {
+    pub fn footprint<S: Simd, V: Lanes<S>>(&self, ddx: [V; 2], ddy: [V; 2]) -> V {
         let (width, height) = (self.width as f32, self.height as f32);
         let [xu, xv] = [ddx[0] * width, ddx[1] * height];
         let [yu, yv] = [ddy[0] * width, ddy[1] * height];
@@ -84,324 +83,337 @@ impl<'a> Sampler<'a> {
     }
 
     /// A footprint cut along its longer axis, see [`Filter::Anisotropic`]: the squared length in texels of
-    /// a piece, as [`Sampler::footprint8`] would give it, and the longer axis and the number of pieces.
+    /// a piece, as [`Sampler::footprint`] would give it, and the longer axis and the number of pieces.
     #[inline(always)]
-    pub fn stretch8<S: Simd>(
-        &self,
-        simd: S,
-        ddx: [f32x8<S>; 2],
-        ddy: [f32x8<S>; 2],
-    ) -> (f32x8<S>, [f32x8<S>; 3]) {
-        let (zero, one) = (f32x8::splat(simd, 0.0), f32x8::splat(simd, 1.0));
+    pub fn stretch<S: Simd, V: Lanes<S>>(&self, simd: S, ddx: [V; 2], ddy: [V; 2]) -> (V, [V; 3]) {
+        let (zero, one) = (V::splat(simd, 0.0), V::splat(simd, 1.0));
         let (width, height) = (self.width as f32, self.height as f32);
         let [xu, xv] = [ddx[0] * width, ddx[1] * height];
         let [yu, yv] = [ddy[0] * width, ddy[1] * height];
         let (x2, y2) = (xu * xu + xv * xv, yu * yu + yv * yv);
-        let is_finite = (x2 + y2).simd_lt(f32x8::splat(simd, f32::INFINITY)); // false for NaN
+        let is_finite = (x2 + y2).simd_lt(V::splat(simd, f32::INFINITY)); // false for NaN
         let x_is_longer = x2.simd_gt(y2);
         let longer2 = x_is_longer.select(x2, y2);
         let shorter2 = x_is_longer.select(y2, x2);
         let shorter2 = shorter2.simd_gt(one).select(shorter2, one);
-        let most = f32x8::splat(simd, MOST_SAMPLES);
+        let most = V::splat(simd, MOST_SAMPLES);
         let n = (longer2 / shorter2).sqrt() + 0.5;
         let n = n.simd_lt(most).select(n, most);
-        let n = f32x8::float_from(i32x8::truncate_from(is_finite.select(n, one)));
+        let n = V::float_from(V::Ints::truncate_from(is_finite.select(n, one)));
         let n = n.simd_gt(one).select(n, one);
         let u = is_finite.select(x_is_longer.select(ddx[0], ddy[0]), zero);
         let v = is_finite.select(x_is_longer.select(ddx[1], ddy[1]), zero);
-        let piece2 = is_finite.select(longer2 / (n * n), self.footprint8(ddx, ddy));
+        let piece2 = is_finite.select(longer2 / (n * n), self.footprint::<S, V>(ddx, ddy));
         (piece2, [u, v, n])
     }
 
-    /// The means of `n` samples along the longer axis of each of eight footprints, in steps of texels;
+    /// The means of `n` samples along the longer axis of each footprint of a group, in steps of texels;
     /// always in floats.
     #[inline(always)]
     #[expect(clippy::needless_range_loop, reason = "iterators over vectors may become calls")]
-    pub fn mean8<S: Simd>(
+    #[expect(clippy::too_many_arguments, reason = "what a group has, and where it goes")]
+    pub fn means<S: Simd, V: Lanes<S>>(
         &self,
         simd: S,
-        uv: [f32x8<S>; 2],
-        lod: f32x8<S>,
-        [axis_u, axis_v, n]: [f32x8<S>; 3],
+        uv: [V; 2],
+        lod: V,
+        [axis_u, axis_v, n]: [V; 3],
         taps: &mut Taps,
-    ) -> [[f32; 4]; 8] {
-        let zero = f32x8::splat(simd, 0.0);
-        let n_of: [f32; 8] = n.into();
+        texels: &mut [[f32; 4]; ROOM],
+        means: &mut [[f32; 4]],
+    ) {
+        let zero = V::splat(simd, 0.0);
+        let n_of = n.as_slice();
         let mut most = 1;
-        for n in n_of {
-            most = most.max(n as usize);
+        for lane in 0..V::LEN {
+            most = most.max(n_of[lane] as usize);
         }
-        let mut means = [[0.0; 4]; 8];
-        let mut texels = [[[0.0; 4]; 8]; EIGHTS];
-        for first in (0..most).step_by(EIGHTS) {
-            let count = EIGHTS.min(most - first);
+        means.fill([0.0; 4]);
+        let at_once = ROOM / V::LEN;
+        for first in (0..most).step_by(at_once) {
+            let count = at_once.min(most - first);
             for tap in 0..count {
-                let i = f32x8::splat(simd, (first + tap) as f32);
+                let i = V::splat(simd, (first + tap) as f32);
                 let along = (i + 0.5) / n - 0.5;
                 let along = i.simd_lt(n).select(along, zero); // of no weight, and near
                 let uv = [uv[0] + axis_u * along, uv[1] + axis_v * along];
-                self.find8(simd, uv, lod, taps, tap);
+                self.find(simd, uv, lod, taps, tap);
             }
-            self.blend_floats(simd, taps, count, &mut texels);
+            self.blend_floats::<S, V>(simd, taps, count * V::LEN, texels);
             for tap in 0..count {
                 let i = first + tap;
                 let share = 1.0 / (i + 1) as f32;
-                for lane in 0..8 {
+                for lane in 0..V::LEN {
                     if i < n_of[lane] as usize {
                         let mean = f32x4::simd_from(simd, means[lane]);
-                        let texel = f32x4::simd_from(simd, texels[tap][lane]);
+                        let texel = f32x4::simd_from(simd, texels[tap * V::LEN + lane]);
                         means[lane] = (mean + (texel - mean) * share).into();
                     }
                 }
             }
         }
-        means
     }
 
     /// Level of detail, in `0..=n_levels - 1`, of a footprint, as in [`mod@crate::sampler`].
     #[inline(always)]
-    pub fn lod8<S: Simd>(&self, simd: S, longer2: f32x8<S>) -> f32x8<S> {
-        let (zero, one) = (f32x8::splat(simd, 0.0), f32x8::splat(simd, 1.0));
-        let coarsest = f32x8::splat(simd, self.coarsest);
+    pub fn levels<S: Simd, V: Lanes<S>>(&self, simd: S, longer2: V) -> V {
+        let (zero, one) = (V::splat(simd, 0.0), V::splat(simd, 1.0));
+        let coarsest = V::splat(simd, self.coarsest);
         let longer2 = longer2 * self.area;
         // Four times the area is a level, and two binary exponents.
-        let bits = longer2.bitcast::<i32x8<S>>();
+        let bits = longer2.bitcast::<V::Ints>();
         let level = (bits - 1.0_f32.to_bits() as i32) >> 24;
-        let rest2 = (bits - (level << 24)).bitcast::<f32x8<S>>(); // of 1..4
+        let rest2 = (bits - (level << 24)).bitcast::<V>(); // of 1..4
         let share = if self.filter == Filter::Bilinear {
             // Halfway goes to the finer level.
-            rest2.simd_gt(f32x8::splat(simd, 2.0)).select(one, zero)
+            rest2.simd_gt(V::splat(simd, 2.0)).select(one, zero)
         } else {
             rest2.sqrt() - one
         };
-        let lod = f32x8::float_from(level) + share;
+        let lod = V::float_from(level) + share;
         let lod = lod.simd_lt(coarsest).select(lod, coarsest);
         let lod = longer2.simd_gt(one).select(lod, zero);
         // Not a number.
         longer2.simd_ge(zero).select(lod, coarsest)
     }
 
-    /// Finds the texels around eight places, `8 * eight..` of `taps`. `lod` is as
-    /// [`Sampler::lod8`] gives it.
+    /// Finds the texels around the places of a group. `lod` is as [`Sampler::levels`] gives it.
     #[inline(always)]
-    pub fn find8<S: Simd>(
+    #[expect(clippy::needless_range_loop, reason = "iterators over vectors may become calls")]
+    pub fn find<S: Simd, V: Lanes<S>>(
         &self,
         simd: S,
-        uv: [f32x8<S>; 2],
-        lod: f32x8<S>,
+        uv: [V; 2],
+        lod: V,
         taps: &mut Taps,
-        eight: usize,
+        group: usize,
     ) {
-        let finer = i32x8::truncate_from(lod);
-        let blend = lod - f32x8::float_from(finer);
-        let place = [fold8(simd, uv[0], self.wrap[0]), fold8(simd, uv[1], self.wrap[1])];
-        taps.blend[eight] = blend.into();
-        taps.is_fine[eight] = !blend.simd_gt(f32x8::splat(simd, 0.0)).any_true();
-        let levels: [i32; 8] = finer.into();
+        let finer = V::Ints::truncate_from(lod);
+        let blend = lod - V::float_from(finer);
+        let place = [fold(simd, uv[0], self.wrap[0]), fold(simd, uv[1], self.wrap[1])];
+        taps.blend.set(group, blend);
+        let is_fine = !blend.simd_gt(V::splat(simd, 0.0)).any_true();
+        taps.is_fine[group] = is_fine;
+        let levels = finer.as_slice();
         let (own, coarser) = self.first[levels[0] as usize % MAX_LEVELS];
-        let (mut first, mut first_coarser) = ([own; 8], [coarser; 8]);
-        if !finer.simd_eq(i32x8::splat(simd, levels[0])).all_true() {
-            for lane in 0..8 {
+        let mut first = V::Ints::splat(simd, own);
+        let mut first_coarser = V::Ints::splat(simd, coarser);
+        if !finer.simd_eq(V::Ints::splat(simd, levels[0])).all_true() {
+            for lane in 0..V::LEN {
                 let level = levels[lane] as usize % MAX_LEVELS;
-                (first[lane], first_coarser[lane]) = self.first[level];
+                let (own, coarser) = self.first[level];
+                first.as_mut_slice()[lane] = own;
+                first_coarser.as_mut_slice()[lane] = coarser;
             }
         }
-        self.find_in(simd, place, finer, first, &mut taps.fine, eight);
-        if !taps.is_fine[eight] {
+        self.find_in(simd, place, finer, first, &mut taps.fine, group);
+        if !is_fine {
             // Beyond the coarsest level is that level again.
-            self.find_in(simd, place, finer + 1, first_coarser, &mut taps.coarse, eight);
+            self.find_in(simd, place, finer + 1, first_coarser, &mut taps.coarse, group);
         }
     }
 
-    /// Sends for the texels of the first `n` eights of places: most of them are read for the first time, and
-    /// blending would wait for each. Neighbours of one triangle share lines of memory, others may not.
+    /// Sends for the texels of the first `n` groups of places: most of them are read for the first time, and
+    /// blending would wait for each.
     #[inline(always)]
-    pub fn send_for<S: Simd>(&self, simd: S, places: &Places, taps: &Taps, n: usize) {
-        for eight in 0..n {
-            let lanes = if places.is_one_triangle(simd, eight) { 3 } else { 1 };
-            for lane in (0..8).step_by(lanes) {
-                taps.fine.send_for(self.texels, eight, lane);
-                if !taps.is_fine[eight] {
-                    taps.coarse.send_for(self.texels, eight, lane);
-                }
+    pub fn send_for<S: Simd, V: Lanes<S>>(&self, simd: S, places: &Places, taps: &Taps, n: usize) {
+        for group in 0..n {
+            let is_one = places.is_one_triangle::<S, V>(simd, group);
+            taps.fine.send_for::<S, V>(self.texels, group, is_one);
+            if !taps.is_fine[group] {
+                taps.coarse.send_for::<S, V>(self.texels, group, is_one);
             }
         }
     }
 
-    /// The four texels around each of eight places, each place in a level of its own, which
+    /// The four texels around each place of a group, each place in a level of its own, which
     /// begins at a texel of its own.
     #[inline(always)]
-    fn find_in<S: Simd>(
+    fn find_in<S: Simd, V: Lanes<S>>(
         &self,
         simd: S,
-        place: [f32x8<S>; 2],
-        level: i32x8<S>,
-        first: [i32; 8],
+        place: [V; 2],
+        level: V::Ints,
+        first: V::Ints,
         taps: &mut LevelTaps,
-        eight: usize,
+        group: usize,
     ) {
-        let (columns, rows) = (side(simd, self.width, level), side(simd, self.height, level));
-        let (left, x) = neighbours8(simd, place[0], columns, self.wrap[0]);
-        let (upper, y) = neighbours8(simd, place[1], rows, self.wrap[1]);
+        let (columns, rows) =
+            (side::<S, V>(simd, self.width, level), side::<S, V>(simd, self.height, level));
+        let (left, x) = neighbours(simd, place[0], columns, self.wrap[0]);
+        let (upper, y) = neighbours(simd, place[1], rows, self.wrap[1]);
         // As `texture::Size` has it.
-        let widest = i32x8::splat(simd, STRIP as i32);
-        let stride = columns.simd_lt(widest).select(columns, widest) + 1;
+        let widest = V::Ints::splat(simd, STRIP as i32);
+        let stride = columns.min(widest) + 1;
         let strip_len = stride * (rows + 1);
         let strip = (left >> STRIP.trailing_zeros()) * strip_len;
-        let above =
-            i32x8::simd_from(simd, first) + strip + upper * stride + (left & (STRIP as i32 - 1));
-        taps.above[eight] = (above << 2).bitcast::<u32x8<S>>().into();
-        taps.stride[eight] = (stride << 2).bitcast::<u32x8<S>>().into();
-        taps.x[eight] = x.into();
-        taps.y[eight] = y.into();
+        let above = first + strip + upper * stride + (left & (STRIP as i32 - 1));
+        taps.above.set(group, (above << 2).bitcast::<V::Uints>());
+        taps.stride.set(group, (stride << 2).bitcast::<V::Uints>());
+        taps.x.set(group, x);
+        taps.y.set(group, y);
     }
 
-    /// The colours of the first `n` eights of places, in steps of texels. Without `SPECIAL` in floats.
+    /// The colours of the first `n` places, in steps of texels. Without `SPECIAL` in floats.
     #[inline(always)]
-    pub fn blend_all<S: Simd, const SPECIAL: bool>(
+    pub fn blend_all<S: Simd, V: Lanes<S>, const SPECIAL: bool>(
         &self,
         simd: S,
         taps: &Taps,
         n: usize,
-        out: &mut [[[f32; 4]; 8]; EIGHTS],
+        out: &mut [[f32; 4]; ROOM],
     ) {
         match self.arithmetic {
-            _ if !SPECIAL => self.blend_floats(simd, taps, n, out),
-            Arithmetic::Float => self.blend_floats(simd, taps, n, out),
-            Arithmetic::Sixteen => self.blend_fixed::<_, Sixteen>(simd, taps, n, out),
-            Arithmetic::Eight => self.blend_fixed::<_, Eight>(simd, taps, n, out),
+            _ if !SPECIAL => self.blend_floats::<S, V>(simd, taps, n, out),
+            Arithmetic::Float => self.blend_floats::<S, V>(simd, taps, n, out),
+            Arithmetic::Sixteen => self.blend_fixed::<S, V, Sixteen>(simd, taps, n, out),
+            Arithmetic::Eight => self.blend_fixed::<S, V, Eight>(simd, taps, n, out),
         }
     }
 
     /// In whole numbers.
     #[inline(always)]
-    fn blend_fixed<S: Simd, F: Fixed>(
+    fn blend_fixed<S: Simd, V: Lanes<S>, F: Fixed>(
         &self,
         simd: S,
         taps: &Taps,
         n: usize,
-        out: &mut [[[f32; 4]; 8]; EIGHTS],
+        out: &mut [[f32; 4]; ROOM],
     ) {
-        for (eight, out) in out.iter_mut().enumerate().take(n) {
-            let weights =
-                |of: &[f32; 8]| -> [i32; 8] { F::weights(f32x8::simd_from(simd, *of)).into() };
-            let LevelTaps { x, y, .. } = &taps.fine;
-            let [x, y] = [weights(&x[eight]), weights(&y[eight])];
-            if taps.is_fine[eight] {
-                for lane in 0..8 {
-                    let rows = self.fixed_rows::<F>(&taps.fine, eight, lane, y[lane]);
-                    out[lane] = fixed::color::<F>(&rows, x[lane] as i16);
+        for (group, out) in out[..n].chunks_mut(V::LEN).enumerate() {
+            let weights = |of: &Column<f32>| F::weights::<S, V>(simd, of.get(simd, group));
+            let [x, y] = [weights(&taps.fine.x), weights(&taps.fine.y)];
+            let [x, y] = [x.as_slice(), y.as_slice()];
+            if taps.is_fine[group] {
+                for (lane, out) in out.iter_mut().enumerate() {
+                    let rows = self.fixed_rows::<S, V, F>(&taps.fine, group, lane, y[lane]);
+                    *out = fixed::color::<F>(&rows, x[lane] as i16);
                 }
                 continue;
             }
-            let LevelTaps { x: coarse_x, y: coarse_y, .. } = &taps.coarse;
-            let [coarse_x, coarse_y] = [weights(&coarse_x[eight]), weights(&coarse_y[eight])];
-            let blend = weights(&taps.blend[eight]);
-            for lane in 0..8 {
-                let fine = self.fixed_rows::<F>(&taps.fine, eight, lane, y[lane]);
-                let coarse = self.fixed_rows::<F>(&taps.coarse, eight, lane, coarse_y[lane]);
+            let [coarse_x, coarse_y] = [weights(&taps.coarse.x), weights(&taps.coarse.y)];
+            let [coarse_x, coarse_y] = [coarse_x.as_slice(), coarse_y.as_slice()];
+            let blend = weights(&taps.blend);
+            let blend = blend.as_slice();
+            for (lane, out) in out.iter_mut().enumerate() {
+                let fine = self.fixed_rows::<S, V, F>(&taps.fine, group, lane, y[lane]);
+                let coarse = self.fixed_rows::<S, V, F>(&taps.coarse, group, lane, coarse_y[lane]);
                 let [left, right] = fixed::halves(&fine, &coarse);
                 let x = [x[lane] as i16, coarse_x[lane] as i16];
                 let levels = fixed::mix_halves::<F>(&left, &right, x);
-                out[lane] = fixed::color::<F>(&levels, blend[lane] as i16);
+                *out = fixed::color::<F>(&levels, blend[lane] as i16);
             }
         }
     }
 
     /// [`Sampler::rows`] in whole numbers.
     #[inline(always)]
-    fn fixed_rows<F: Fixed>(
+    fn fixed_rows<S: Simd, V: Lanes<S>, F: Fixed>(
         &self,
         taps: &LevelTaps,
-        eight: usize,
+        group: usize,
         lane: usize,
         y: i32,
     ) -> [i16; 8] {
-        let (upper, lower) = taps.rows(self.texels, eight, lane);
+        let (upper, lower) = taps.rows(self.texels, group * V::LEN + lane);
         fixed::mix::<F>(&fixed::pair::<F>(upper), &fixed::pair::<F>(lower), y as i16)
     }
 
     #[inline(always)]
     #[expect(clippy::needless_range_loop, reason = "iterators over vectors may become calls")]
-    fn blend_floats<S: Simd>(
+    fn blend_floats<S: Simd, V: Lanes<S>>(
         &self,
         simd: S,
         taps: &Taps,
         n: usize,
-        out: &mut [[[f32; 4]; 8]; EIGHTS],
+        out: &mut [[f32; 4]; ROOM],
     ) {
         let Taps { fine, coarse, blend, is_fine } = taps;
-        for eight in 0..n {
-            let out = &mut out[eight];
-            if is_fine[eight] {
-                for lane in 0..8 {
-                    let (left, right) = self.rows(simd, fine, eight, lane).split();
-                    let color = left + (right - left) * fine.x[eight][lane];
-                    out[lane] = color.into();
+        let n = n.min(ROOM);
+        for group in 0..n.div_ceil(V::LEN) {
+            let first = group * V::LEN;
+            let end = n.min(first + V::LEN);
+            if is_fine[group] {
+                for i in first..end {
+                    let (left, right) = self.rows(simd, fine, i).split();
+                    let color = left + (right - left) * fine.x.0[i];
+                    out[i] = color.into();
                 }
                 continue;
             }
-            for lane in 0..8 {
-                let (fine_left, fine_right) = self.rows(simd, fine, eight, lane).split();
-                let (coarse_left, coarse_right) = self.rows(simd, coarse, eight, lane).split();
+            for i in first..end {
+                let (fine_left, fine_right) = self.rows(simd, fine, i).split();
+                let (coarse_left, coarse_right) = self.rows(simd, coarse, i).split();
                 let left = fine_left.combine(coarse_left);
                 let right = fine_right.combine(coarse_right);
-                let x = f32x4::splat(simd, fine.x[eight][lane])
-                    .combine(f32x4::splat(simd, coarse.x[eight][lane]));
+                let x = f32x4::splat(simd, fine.x.0[i]).combine(f32x4::splat(simd, coarse.x.0[i]));
                 let (fine, coarse) = (left + (right - left) * x).split();
-                let color = fine + (coarse - fine) * blend[eight][lane];
-                out[lane] = color.into();
+                let color = fine + (coarse - fine) * blend.0[i];
+                out[i] = color.into();
             }
         }
     }
 
     /// The left texels, blended, and the right ones.
     #[inline(always)]
-    fn rows<S: Simd>(&self, simd: S, taps: &LevelTaps, eight: usize, lane: usize) -> f32x8<S> {
-        let (upper, lower) = taps.rows(self.texels, eight, lane);
+    fn rows<S: Simd>(&self, simd: S, taps: &LevelTaps, i: usize) -> f32x8<S> {
+        let (upper, lower) = taps.rows(self.texels, i);
         let (upper, lower) = (pair(simd, upper), pair(simd, lower));
-        upper + (lower - upper) * taps.y[eight][lane]
+        upper + (lower - upper) * taps.y.0[i]
     }
 }
 
-/// Eights of places that go through a stage before the next begins: enough for one stage's long
-/// chains of arithmetic to overlap, few enough to stay in the nearest cache.
-pub(super) const EIGHTS: usize = 8;
-
 /// Texels around places.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Taps {
     fine: LevelTaps,
     coarse: LevelTaps,
     /// From the finer level to the coarser.
-    blend: [[f32; 8]; EIGHTS],
-    /// No place of an eight needs the coarser level.
-    is_fine: [bool; EIGHTS],
+    blend: Column<f32>,
+    /// No place of a group needs the coarser level.
+    is_fine: [bool; ROOM],
+}
+
+impl Default for Taps {
+    fn default() -> Self {
+        let [fine, coarse] = Default::default();
+        Taps { fine, coarse, blend: Column::default(), is_fine: [false; ROOM] }
+    }
 }
 
 /// In one level: the first channel of the upper left neighbour, how many channels later the lower
 /// left one has its own, and how far right and down from the upper left one.
 #[derive(Debug, Default)]
 struct LevelTaps {
-    above: [[u32; 8]; EIGHTS],
-    stride: [[u32; 8]; EIGHTS],
-    x: [[f32; 8]; EIGHTS],
-    y: [[f32; 8]; EIGHTS],
+    above: Column<u32>,
+    stride: Column<u32>,
+    x: Column<f32>,
+    y: Column<f32>,
 }
 
 impl LevelTaps {
+    /// Neighbours of one triangle share lines of memory.
     #[inline(always)]
-    fn send_for(&self, texels: &[u16], eight: usize, lane: usize) {
-        let (above, stride) = (self.above[eight][lane] as usize, self.stride[eight][lane] as usize);
-        prefetch(texels, above);
-        prefetch(texels, above + stride);
+    fn send_for<S: Simd, V: Lanes<S>>(&self, texels: &[u16], group: usize, is_one: bool) {
+        let (above, stride) = (self.above.of(group, V::LEN), self.stride.of(group, V::LEN));
+        if is_one {
+            for lane in (0..V::LEN).step_by(3) {
+                prefetch(texels, above[lane] as usize);
+                prefetch(texels, above[lane] as usize + stride[lane] as usize);
+            }
+        } else {
+            for lane in 0..V::LEN {
+                prefetch(texels, above[lane] as usize);
+                prefetch(texels, above[lane] as usize + stride[lane] as usize);
+            }
+        }
     }
 
-    /// The channels of the upper two texels and of the lower two. Both pairs are cut from one slice,
-    /// so that its ends are compared with those of the texture once.
+    /// The channels of the upper two texels of a place and of the lower two. Both pairs are cut from one
+    /// slice, so that its ends are compared with those of the texture once.
     #[inline(always)]
-    fn rows<'a>(&self, texels: &'a [u16], eight: usize, lane: usize) -> (&'a [u16], &'a [u16]) {
-        let (above, stride) = (self.above[eight][lane] as usize, self.stride[eight][lane] as usize);
+    fn rows<'a>(&self, texels: &'a [u16], i: usize) -> (&'a [u16], &'a [u16]) {
+        let (above, stride) = (self.above.0[i] as usize, self.stride.0[i] as usize);
         let len = stride + 8;
         let both = &texels[above..above + len];
         (&both[..8], &both[stride..])
@@ -418,8 +430,8 @@ fn pair<S: Simd>(simd: S, channels: &[u16]) -> f32x8<S> {
 
 /// A coordinate brought into 0..=1, where the picture is; what is not a number becomes 0.
 #[inline(always)]
-fn fold8<S: Simd>(simd: S, u: f32x8<S>, wrap: Wrap) -> f32x8<S> {
-    let (zero, one) = (f32x8::splat(simd, 0.0), f32x8::splat(simd, 1.0));
+fn fold<S: Simd, V: Lanes<S>>(simd: S, u: V, wrap: Wrap) -> V {
+    let (zero, one) = (V::splat(simd, 0.0), V::splat(simd, 1.0));
     let folded = match wrap {
         Wrap::Repeat => u - u.floor(),
         Wrap::Mirror => {
@@ -433,17 +445,17 @@ fn fold8<S: Simd>(simd: S, u: f32x8<S>, wrap: Wrap) -> f32x8<S> {
 
 /// Texels along one axis of each level; see [`crate::texture`].
 #[inline(always)]
-fn side<S: Simd>(simd: S, base: u32, level: i32x8<S>) -> i32x8<S> {
-    let one = i32x8::splat(simd, 1);
-    let halved = simd.shrv_i32x8(i32x8::splat(simd, base as i32), level);
-    halved.simd_gt(one).select(halved, one)
+fn side<S: Simd, V: Lanes<S>>(simd: S, base: u32, level: V::Ints) -> V::Ints {
+    let one = V::Ints::splat(simd, 1);
+    let halved = V::Ints::splat(simd, base as i32) >> level;
+    halved.max(one)
 }
 
 /// The texel whose centre is the last before a place in 0..=1, and how far it is from there to the
 /// next, which is the one after in memory.
 #[inline(always)]
-fn neighbours8<S: Simd>(simd: S, place: f32x8<S>, n: i32x8<S>, wrap: Wrap) -> (i32x8<S>, f32x8<S>) {
-    let (zero, n) = (f32x8::splat(simd, 0.0), f32x8::float_from(n));
+fn neighbours<S: Simd, V: Lanes<S>>(simd: S, place: V, n: V::Ints, wrap: Wrap) -> (V::Ints, V) {
+    let (zero, n) = (V::splat(simd, 0.0), V::float_from(n));
     let last = n - 1.0;
     let x = place * n - 0.5;
     let before = x.simd_lt(zero);
@@ -451,11 +463,11 @@ fn neighbours8<S: Simd>(simd: S, place: f32x8<S>, n: i32x8<S>, wrap: Wrap) -> (i
         let x = before.select(x + n, x);
         // Where a sum is rounded up to n, the way from the last texel is a whole one.
         let i = x.simd_lt(n).select(x, last);
-        let i = i32x8::truncate_from(i);
-        return (i, x - f32x8::float_from(i));
+        let i = V::Ints::truncate_from(i);
+        return (i, x - V::float_from(i));
     }
     let x = before.select(zero, x);
     let x = x.simd_lt(last).select(x, last);
-    let i = i32x8::truncate_from(x);
-    (i, x - f32x8::float_from(i))
+    let i = V::Ints::truncate_from(x);
+    (i, x - V::float_from(i))
 }
