@@ -9,8 +9,13 @@
 //! Values are linear or encoded in `[0, 1]`; alpha never passes through here.
 //! Source: IEC 61966-2-1:1999, the transfer function with its printed constants.
 
+#[cfg(target_arch = "x86_64")]
+mod pieces;
+
 use std::sync::LazyLock;
 
+#[cfg(target_arch = "x86_64")]
+use fearless_simd::Level;
 use fearless_simd::{Simd, prelude::*};
 
 use crate::select::clamp;
@@ -85,6 +90,8 @@ pub(crate) struct Encoder {
     /// One for each upper half of a float, so that it is the place, and no bounds are checked. The few
     /// that are used lie side by side.
     buckets: Box<[u32; 1 << 16]>,
+    #[cfg(target_arch = "x86_64")]
+    pieces: pieces::Pieces,
 }
 
 static ENCODER: LazyLock<Encoder> = LazyLock::new(|| {
@@ -101,7 +108,11 @@ static ENCODER: LazyLock<Encoder> = LazyLock::new(|| {
         };
         *entry = (code(first) << BUCKET_SHIFT) + missing;
     }
-    Encoder { buckets: buckets.try_into().expect("as many as there are upper halves") }
+    Encoder {
+        buckets: buckets.try_into().expect("as many as there are upper halves"),
+        #[cfg(target_arch = "x86_64")]
+        pieces: pieces::Pieces::new(),
+    }
 });
 
 /// The table, for whoever has many colours to encode.
@@ -127,6 +138,10 @@ impl Encoder {
     /// numbers would otherwise wait for each other.
     #[inline(always)]
     pub fn encode_all<S: Simd, V: Lanes<S>>(&self, simd: S, values: &mut [u32]) {
+        #[cfg(target_arch = "x86_64")]
+        if let Level::Avx512(token) = simd.level() {
+            return pieces::encode(token, &self.pieces, self, values);
+        }
         let (low, high) = (V::splat(simd, SMALLEST), V::splat(simd, 1.0));
         let mut starts = [0; AT_ONCE];
         for values in values.chunks_mut(AT_ONCE) {

@@ -4,7 +4,7 @@ use fearless_simd::{Level, Simd, SimdCvtTruncate, dispatch, prelude::*};
 use glam::Vec4;
 
 use super::column::{Lanes, WIDEST, wide};
-use super::paint::{fours, turned4};
+use super::turn::{fours, turned4};
 use crate::encoding::{Encoding, encode_by_polynomial, encode_by_table};
 use crate::srgb::{Encoder, encoder};
 

@@ -10,6 +10,8 @@
 //! depends on nothing but itself, its triangle and the block of the picture that it lies in
 //! ([`cullet_raster::BLOCK`]): not on which pixels share a group, nor on the instruction set.
 
+#[cfg(target_arch = "x86_64")]
+mod blend512;
 mod codes;
 mod column;
 mod cutout;
@@ -21,6 +23,7 @@ mod run;
 mod sampler;
 #[cfg(test)]
 mod tests;
+mod turn;
 
 pub use codes::encode_all;
 pub(crate) use column::Lanes;

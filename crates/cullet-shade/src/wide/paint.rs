@@ -10,7 +10,8 @@ use super::column::{Column, Lanes, WIDEST, wide};
 use super::point::{PointPlanes, light_on};
 use super::record::{ANCHOR, ColorPlanes, LEAST, NORMAL, Record};
 use super::run::{Places, Rest, Run};
-use super::sampler::{Sampler, Taps};
+use super::sampler::{Sampler, Taps, set_colors};
+use super::turn::{fours, turned, turned4};
 use crate::division::{Division, RANGE, inverse_sqrts, reciprocals};
 use crate::encoding::{Encoding, encode_by_polynomial, encode_by_table};
 use crate::kernel::Look;
@@ -224,14 +225,15 @@ fn paint_all<S: Simd, V: Lanes<S>, const POINT: bool, const SPECIAL: bool>(
                     let means = &mut stage.texels.0[i * V::LEN..][..V::LEN];
                     let (taps, samples) = (&mut stage.taps, &mut stage.samples.0);
                     sampler.means(simd, uv, lod, stretch, taps, samples, means);
+                    set_colors::<S, V>(simd, &stage.texels.0, i, &mut stage.sampled);
                 } else {
                     sampler.find(simd, uv, lod, &mut stage.taps, i);
                 }
             }
             if !is_stretched {
                 sampler.send_for::<S, V>(simd, &stage.places, &stage.taps, n);
-                let texels = &mut stage.texels.0;
-                sampler.blend_all::<S, V, SPECIAL>(simd, &stage.taps, n_pixels, texels);
+                let (texels, out) = (&mut stage.texels.0, &mut stage.sampled);
+                sampler.blend_colors::<S, V, SPECIAL>(simd, &stage.taps, n_pixels, texels, out);
             }
         }
         for i in 0..n {
@@ -297,6 +299,8 @@ pub(super) struct Stage {
     pub(super) good: Column<u64>,
     pub(super) taps: Taps,
     pub(super) texels: Column<[f32; 4]>,
+    /// The same without alpha, red, green and blue.
+    sampled: [Column<f32>; 3],
     /// Samples along footprints.
     samples: Column<[f32; 4]>,
     /// Colours, red, green and blue: the bits of floats, then codes.
@@ -385,6 +389,7 @@ impl Paint<'_> {
                     });
                     let out = &mut stage.texels.0[i * V::LEN..][..V::LEN];
                     one_by_one(texture, *filter, &numbers, out);
+                    set_colors::<S, V>(simd, &stage.texels.0, i, &mut stage.sampled);
                 }
             }
         }
@@ -420,7 +425,8 @@ impl Paint<'_> {
             V::splat(simd, self.factor.z),
         ];
         if self.texture.is_some() {
-            let [r, g, b, _] = turned4::<S, V>(&fours(simd, stage.texels.of(i, V::LEN)));
+            let [r, g, b] = &stage.sampled;
+            let [r, g, b]: [V; 3] = [r.get(simd, i), g.get(simd, i), b.get(simd, i)];
             let step = V::splat(simd, STEP);
             rgb = [rgb[0] * (r * step), rgb[1] * (g * step), rgb[2] * (b * step)];
         }
@@ -563,42 +569,6 @@ fn colors_over_w<S: Simd, V: Lanes<S>>(
     }
     let [r, g, b, _] = turned4::<S, V>(&fours(simd, &values[..V::LEN]));
     [r, g, b]
-}
-
-/// Four numbers of each pixel of a group, one pixel after the other.
-#[inline(always)]
-pub(super) fn fours<S: Simd, V: Lanes<S>>(simd: S, rows: &[[f32; 4]]) -> [V; 4] {
-    let numbers = rows.as_flattened();
-    let len = V::LEN;
-    [
-        V::from_slice(simd, &numbers[..len]),
-        V::from_slice(simd, &numbers[len..2 * len]),
-        V::from_slice(simd, &numbers[2 * len..3 * len]),
-        V::from_slice(simd, &numbers[3 * len..4 * len]),
-    ]
-}
-
-/// From four numbers of each pixel, one pixel after the other, to all pixels of each number.
-#[inline(always)]
-pub(super) fn turned4<S: Simd, V: Lanes<S>>([a, b, c, d]: &[V; 4]) -> [V; 4] {
-    let (ab_even, ab_odd) = a.deinterleave(*b);
-    let (cd_even, cd_odd) = c.deinterleave(*d);
-    let (x, z) = ab_even.deinterleave(cd_even);
-    let (y, w) = ab_odd.deinterleave(cd_odd);
-    [x, y, z, w]
-}
-
-/// From eight numbers of each pixel, one pixel after the other, to all pixels of each number.
-#[inline(always)]
-fn turned<S: Simd, V: Lanes<S>>([a, b, c, d, e, f, g, h]: &[V; 8]) -> [V; 8] {
-    // Numbers 0, 2, 4, 6 and 1, 3, 5, 7 of four pixels each.
-    let (ab_even, ab_odd) = a.deinterleave(*b);
-    let (cd_even, cd_odd) = c.deinterleave(*d);
-    let (ef_even, ef_odd) = e.deinterleave(*f);
-    let (gh_even, gh_odd) = g.deinterleave(*h);
-    let [n0, n2, n4, n6] = turned4::<S, V>(&[ab_even, cd_even, ef_even, gh_even]);
-    let [n1, n3, n5, n7] = turned4::<S, V>(&[ab_odd, cd_odd, ef_odd, gh_odd]);
-    [n0, n1, n2, n3, n4, n5, n6, n7]
 }
 
 #[cold]

@@ -8,9 +8,10 @@ use fearless_simd::{Simd, f32x4, prelude::*};
 use glam::Vec3;
 
 use super::column::{Lanes, WIDEST};
-use super::paint::{Values, fours, is_in_range, turned4};
+use super::paint::{Values, is_in_range};
 use super::record::Record;
 use super::run::Places;
+use super::turn::{fours, turned4};
 use crate::division::{inverse_sqrts, reciprocals};
 use crate::light::PointLight;
 use crate::surface::Surface;

@@ -10,11 +10,14 @@
 
 use cullet_raster::prefetch;
 use cullet_scene::Wrap;
+#[cfg(target_arch = "x86_64")]
+use fearless_simd::Level;
 use fearless_simd::{Simd, SimdCvtFloat, SimdCvtTruncate, f32x4, f32x8, i32x8, prelude::*, u16x8};
 
 use super::column::{Column, Lanes, ROOM};
 use super::fixed::{self, Eight, Fixed, Sixteen};
 use super::run::Places;
+use super::turn::{fours, turned4};
 use crate::sampler::{Arithmetic, Filter, MOST_SAMPLES};
 use crate::texture::{STRIP, Texture};
 
@@ -271,6 +274,26 @@ impl<'a> Sampler<'a> {
         }
     }
 
+    /// Red, green and blue as [`Sampler::blend_all`] has them, of whole groups.
+    #[inline(always)]
+    pub fn blend_colors<S: Simd, V: Lanes<S>, const SPECIAL: bool>(
+        &self,
+        simd: S,
+        taps: &Taps,
+        n: usize,
+        texels: &mut [[f32; 4]; ROOM],
+        out: &mut [Column<f32>; 3],
+    ) {
+        #[cfg(target_arch = "x86_64")]
+        if !SPECIAL && let Level::Avx512(token) = simd.level() {
+            return super::blend512::blend(token, self.texels, taps, n, out);
+        }
+        self.blend_all::<S, V, SPECIAL>(simd, taps, n, texels);
+        for group in 0..n.div_ceil(V::LEN) {
+            set_colors::<S, V>(simd, texels, group, out);
+        }
+    }
+
     /// In whole numbers.
     #[inline(always)]
     fn blend_fixed<S: Simd, V: Lanes<S>, F: Fixed>(
@@ -363,15 +386,30 @@ impl<'a> Sampler<'a> {
     }
 }
 
+/// Red, green and blue of a group, from all channels pixel by pixel.
+#[inline(always)]
+pub(super) fn set_colors<S: Simd, V: Lanes<S>>(
+    simd: S,
+    texels: &[[f32; 4]; ROOM],
+    group: usize,
+    out: &mut [Column<f32>; 3],
+) {
+    let texels = &texels[group * V::LEN..][..V::LEN];
+    let [r, g, b, _] = turned4::<S, V>(&fours(simd, texels));
+    out[0].set(group, r);
+    out[1].set(group, g);
+    out[2].set(group, b);
+}
+
 /// Texels around places.
 #[derive(Debug)]
 pub(super) struct Taps {
-    fine: LevelTaps,
-    coarse: LevelTaps,
+    pub(super) fine: LevelTaps,
+    pub(super) coarse: LevelTaps,
     /// From the finer level to the coarser.
-    blend: Column<f32>,
+    pub(super) blend: Column<f32>,
     /// No place of a group needs the coarser level.
-    is_fine: [bool; ROOM],
+    pub(super) is_fine: [bool; ROOM],
 }
 
 impl Default for Taps {
@@ -384,11 +422,11 @@ impl Default for Taps {
 /// In one level: the first channel of the upper left neighbour, how many channels later the lower
 /// left one has its own, and how far right and down from the upper left one.
 #[derive(Debug, Default)]
-struct LevelTaps {
+pub(super) struct LevelTaps {
     above: Column<u32>,
     stride: Column<u32>,
-    x: Column<f32>,
-    y: Column<f32>,
+    pub(super) x: Column<f32>,
+    pub(super) y: Column<f32>,
 }
 
 impl LevelTaps {
@@ -412,7 +450,7 @@ impl LevelTaps {
     /// The channels of the upper two texels of a place and of the lower two. Both pairs are cut from one
     /// slice, so that its ends are compared with those of the texture once.
     #[inline(always)]
-    fn rows<'a>(&self, texels: &'a [u16], i: usize) -> (&'a [u16], &'a [u16]) {
+    pub(super) fn rows<'a>(&self, texels: &'a [u16], i: usize) -> (&'a [u16], &'a [u16]) {
         let (above, stride) = (self.above.0[i] as usize, self.stride.0[i] as usize);
         let len = stride + 8;
         let both = &texels[above..above + len];
