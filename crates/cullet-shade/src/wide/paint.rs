@@ -257,18 +257,21 @@ fn paint_all<S: Simd, V: Lanes<S>, const POINT: bool, const SPECIAL: bool>(
                 }
                 for i in 0..n {
                     let first = i * V::LEN;
-                    let end = n_pixels.min(first + V::LEN);
-                    store_codes(
-                        &stage.places.out()[first..end],
-                        codes::<S, V>(simd, &stage.rgb, i).as_slice(),
-                        out,
-                    );
+                    let places = &stage.places.out()[first..first + V::LEN];
+                    let codes = codes::<S, V>(simd, &stage.rgb, i);
+                    if first + V::LEN <= n_pixels {
+                        store_group(places, codes.as_slice(), out);
+                    } else {
+                        store_each(&places[..n_pixels - first], codes.as_slice(), out);
+                    }
                 }
             }
             Out::Linear(out) => {
                 let [r, g, b] = &stage.rgb;
                 for i in 0..n_pixels {
-                    let [r, g, b] = [r.0[i], g.0[i], b.0[i]].map(f32::from_bits);
+                    // No `map`: its closures would not be compiled for the instruction set.
+                    let (r, g) = (f32::from_bits(r.0[i]), f32::from_bits(g.0[i]));
+                    let b = f32::from_bits(b.0[i]);
                     out[stage.places.out()[i] as usize] = Vec4::new(r, g, b, 1.0);
                 }
             }
@@ -381,12 +384,13 @@ impl Paint<'_> {
                 }
                 Sampled::Stretched(_) => {} // special
                 Sampled::OneByOne(texture, filter) => {
-                    let numbers = [uv[0], uv[1], ddx[0], ddx[1], ddy[0], ddy[1]];
-                    let numbers = numbers.map(|numbers| {
-                        let mut lanes = [0.0; WIDEST];
-                        numbers.store_slice(&mut lanes[..V::LEN]);
-                        lanes
-                    });
+                    let mut numbers = [[0.0; WIDEST]; 6];
+                    uv[0].store_slice(&mut numbers[0][..V::LEN]);
+                    uv[1].store_slice(&mut numbers[1][..V::LEN]);
+                    ddx[0].store_slice(&mut numbers[2][..V::LEN]);
+                    ddx[1].store_slice(&mut numbers[3][..V::LEN]);
+                    ddy[0].store_slice(&mut numbers[4][..V::LEN]);
+                    ddy[1].store_slice(&mut numbers[5][..V::LEN]);
                     let out = &mut stage.texels.0[i * V::LEN..][..V::LEN];
                     one_by_one(texture, *filter, &numbers, out);
                     set_colors::<S, V>(simd, &stage.texels.0, i, &mut stage.sampled);
@@ -592,18 +596,23 @@ fn codes<S: Simd, V: Lanes<S>>(simd: S, [r, g, b]: &[Column<u32>; 3], i: usize) 
     r | g << 8 | b << 16 | V::Uints::splat(simd, 0xff00_0000)
 }
 
-/// Writes pixels: most are neighbours in a row.
+/// Writes a group: most are neighbours in a row.
 #[inline(always)]
-fn store_codes(places: &[u32], codes: &[u32], out: &mut [[u8; 4]]) {
-    let (first, n) = (places[0] as usize, places.len());
-    let is_row = n == codes.len() && places[n - 1] as usize == first + n - 1;
+fn store_group(places: &[u32], codes: &[u32], out: &mut [[u8; 4]]) {
+    let (first, n) = (places[0] as usize, codes.len());
+    let is_row = places[n - 1] as usize == first + n - 1;
     if is_row && let Some(row) = out.get_mut(first..first + n) {
-        for (out, code) in row.iter_mut().zip(codes) {
-            *out = code.to_le_bytes();
+        for i in 0..n {
+            row[i] = codes[i].to_le_bytes();
         }
-        return;
+    } else {
+        store_each(places, codes, out);
     }
-    for (place, code) in places.iter().zip(codes) {
-        out[*place as usize] = code.to_le_bytes();
+}
+
+#[inline(always)]
+fn store_each(places: &[u32], codes: &[u32], out: &mut [[u8; 4]]) {
+    for i in 0..places.len() {
+        out[places[i] as usize] = codes[i].to_le_bytes();
     }
 }
