@@ -9,7 +9,7 @@ use fearless_simd::{
 
 /// Pixels of a chunk: they all go through a stage before the next begins. Enough for one stage's long
 /// chains of arithmetic to overlap, few enough to stay in the nearest cache.
-pub(super) const ROOM: usize = 128;
+pub(super) const ROOM: usize = 256;
 
 /// Pixels of the largest group; a multiple of every other's.
 pub(crate) const WIDEST: usize = 16;
