@@ -8,7 +8,7 @@
 //! A triangle is set up anew for each block (64 x 64 px of the whole picture), so a pixel's colour
 //! does not depend on what part of the picture is asked for, in what order, or by which thread.
 
-use cullet_raster::{BLOCK, Samples};
+use cullet_raster::{BLOCK, Samples, prefetch};
 use cullet_shade::Needs;
 use cullet_shade::wide::{self, ColorPlanes, Group, Out, Paint, Planes, PointPlanes, Record};
 use glam::Vec4;
@@ -348,9 +348,12 @@ impl<'a> TileShader<'a> {
             let wanted = &mut scratch.wanted[draw.next as usize..][..run.len()];
             draw.next += run.len() as u32;
             let ids = &ids[record..record + run.len()];
+            let triangles = &prepared.mesh(&prepared.items()[draw.item]).triangles;
             scratch.paint_of[record..record + run.len()].fill(draw.paint);
             for (wanted, id) in wanted.iter_mut().zip(ids) {
-                *wanted = (id - draw.first_triangle, record as u32);
+                let triangle = id - draw.first_triangle;
+                prefetch(triangles, triangle as usize);
+                *wanted = (triangle, record as u32);
                 record += 1;
             }
         }

@@ -100,6 +100,9 @@ fn set_up_all<S: Simd>(
             // Beyond the last, the last again.
             let (triangle, _) = chunk[i.min(chunk.len() - 1)];
             *corners = mesh.triangles[triangle as usize];
+            for corner in *corners {
+                prefetch(&mesh.positions, corner as usize);
+            }
         }
         for (i, corners) in corners[..4 * n_fours].iter().enumerate() {
             attributes.send_for(*corners);
