@@ -104,7 +104,7 @@ mod tests {
     }
 
     #[test]
-    fn eight_are_one_by_one_on_every_instruction_set() {
+    fn many_are_one_by_one_on_every_instruction_set() {
         #[inline(always)]
         fn both_wide<S: Simd>(simd: S, x: [f32; WIDEST]) -> [[f32; WIDEST]; 2] {
             wide!(S, both(simd, x))

@@ -1,6 +1,6 @@
 //! The colour of one fragment, plainly.
 //!
-//! This is what [`crate::wide`] computes eight pixels at a time, from f64 weights and by the code
+//! This is what [`crate::wide`] computes many pixels at a time, from f64 weights and by the code
 //! that passes and alpha tests read: its twin, and the way for the few pixels that f32 planes do
 //! not serve.
 //!

@@ -4,7 +4,8 @@
 //! thresholds at or below a value, where threshold `k` is the smallest f32 that the exact
 //! curve rounds to code `k`: the leading bits of the float say where to start counting,
 //! and they are fine enough that one more step finishes, which is a carry. So the fast encoder
-//! *is* the rounded exact curve, for every f32.
+//! *is* the rounded exact curve, for every f32. Vectors of 512 bits have another way to the same
+//! codes (`pieces`).
 //!
 //! Values are linear or encoded in `[0, 1]`; alpha never passes through here.
 //! Source: IEC 61966-2-1:1999, the transfer function with its printed constants.
@@ -83,10 +84,12 @@ const LAST_BUCKET: usize = 127 << (23 - BUCKET_SHIFT);
 /// The start of the first bucket.
 const SMALLEST: f32 = 1.0 / 8192.0;
 
-/// For each bucket the code of its smallest float in the upper half, and in the lower one what is
-/// missing for a carry there from the first float of the next code on: the sum with the low
-/// bits of a float has the float's code in its upper half.
+/// What encoding looks up.
 pub(crate) struct Encoder {
+    /// For each bucket the code of its smallest float in the upper half, and in the lower one what is
+    /// missing for a carry there from the first float of the next code on: the sum with the low
+    /// bits of a float has the float's code in its upper half.
+    ///
     /// One for each upper half of a float, so that it is the place, and no bounds are checked. The few
     /// that are used lie side by side.
     buckets: Box<[u32; 1 << 16]>,
@@ -139,13 +142,15 @@ impl Encoder {
     #[inline(always)]
     pub fn encode_all<S: Simd, V: Lanes<S>>(&self, simd: S, values: &mut [u32]) {
         #[cfg(target_arch = "x86_64")]
-        if let Level::Avx512(token) = simd.level() {
+        if V::LEN == 16
+            && let Level::Avx512(token) = simd.level()
+        {
             return pieces::encode(token, &self.pieces, self, values);
         }
         let (low, high) = (V::splat(simd, SMALLEST), V::splat(simd, 1.0));
         let mut starts = [0; AT_ONCE];
         for values in values.chunks_mut(AT_ONCE) {
-            let n = values.len().min(AT_ONCE);
+            let n = values.len();
             let mut first = 0;
             while first < n {
                 let group = &mut values[first..first + V::LEN];

@@ -96,7 +96,7 @@ mod tests {
                 })
                 .collect();
             for (name, simd) in levels() {
-                for n in [0, 1, 7, 8, 9, 1003] {
+                for n in [0, 1, 7, 8, 9, 15, 16, 17, 1003] {
                     let mut codes = vec![[7; 4]; 1003];
                     encode_all(simd, encoding, &colors[..n], &mut codes);
                     assert_eq!(codes[..n], plain[..n], "{name}, {n}");

@@ -7,12 +7,16 @@ use fearless_simd::{
     Simd, SimdCvtFloat, SimdCvtTruncate, f32x8, f32x16, i32x8, i32x16, prelude::*, u32x8, u32x16,
 };
 
-/// Pixels of a chunk: they all go through a stage before the next begins. Enough for one stage's long
-/// chains of arithmetic to overlap, few enough to stay in the nearest cache.
+/// Pixels of a chunk: they all go through a stage before the next begins. At the end of each stage its long
+/// chains of arithmetic are waited for, so chunks are large; what a stage leaves has to stay in the nearest cache,
+/// so they are no larger. Half as many take 1.02 of the time, a quarter 1.08.
 pub(super) const ROOM: usize = 256;
 
 /// Pixels of the largest group; a multiple of every other's.
 pub(crate) const WIDEST: usize = 16;
+
+/// Of the lanes.
+pub(super) const NUMBERS: [u32; WIDEST] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
 
 /// A number for each pixel of a group.
 pub(crate) trait Lanes<S: Simd>:

@@ -1,9 +1,8 @@
 //! Alpha tests, eight places of a triangle at a time: [`crate::alpha`], wide.
 
 use cullet_scene::AlphaMode;
-use fearless_simd::{Simd, dispatch};
+use fearless_simd::{Simd, dispatch, f32x8};
 
-use super::column::{Lanes, wide};
 use super::paint::{Paint, Sampled, Scratch, Stage};
 use super::record::Record;
 use crate::kernel::Look;
@@ -57,34 +56,19 @@ fn kept<S: Simd>(
     places: [[f32; 8]; 2],
     stage: &mut Stage,
 ) -> [u64; 2] {
-    wide!(S, kept_of(simd, cutout, record, places, stage))
-}
-
-#[inline(always)]
-fn kept_of<S: Simd, V: Lanes<S>>(
-    simd: S,
-    cutout: &Cutout<'_>,
-    record: &Record,
-    places: [[f32; 8]; 2],
-    stage: &mut Stage,
-) -> [u64; 2] {
     let Some(Sampled::Wide(sampler)) = &cutout.paint.texture else { return [0; 2] };
     stage.places.set_eight(places);
-    let (records, mut good) = (core::slice::from_ref(record), 0);
-    const PLACES: usize = 8;
-    for group in 0..PLACES.div_ceil(V::LEN) {
-        // What is there and what is not is always decided exactly.
-        cutout.paint.place::<S, V, false>(simd, records, &[], stage, group);
-        let lod = sampler.levels::<S, V>(simd, stage.lod.get(simd, group));
-        let uv = [stage.u.get(simd, group), stage.v.get(simd, group)];
-        sampler.find(simd, uv, lod, &mut stage.taps, group);
-        good |= stage.good.0[group] << (group * V::LEN);
-    }
-    sampler.blend_all::<S, V, true>(simd, &stage.taps, PLACES, &mut stage.texels.0);
+    let records = core::slice::from_ref(record);
+    // What is there and what is not is always decided exactly.
+    cutout.paint.place::<S, f32x8<S>, false>(simd, records, &[], stage, 0);
+    let lod = sampler.levels::<S, f32x8<S>>(simd, stage.lod.get(simd, 0));
+    let uv: [f32x8<S>; 2] = [stage.u.get(simd, 0), stage.v.get(simd, 0)];
+    sampler.find(simd, uv, lod, &mut stage.taps, 0);
+    sampler.blend_all::<S, f32x8<S>, true>(simd, &stage.taps, 8, &mut stage.texels.0);
     let mut kept = 0;
-    for lane in 0..PLACES {
+    for lane in 0..8 {
         let alpha = cutout.factor * (stage.texels.0[lane][3] * STEP);
         kept |= u64::from(alpha >= cutout.cutoff) << lane;
     }
-    [kept, good]
+    [kept, stage.good.0[0]]
 }

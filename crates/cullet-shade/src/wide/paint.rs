@@ -6,7 +6,7 @@ use cullet_raster::prefetch;
 use fearless_simd::{Level, Simd, dispatch, f32x4, prelude::*};
 use glam::{Vec2, Vec3, Vec4};
 
-use super::column::{Column, Lanes, WIDEST, wide};
+use super::column::{Column, Lanes, NUMBERS, WIDEST, wide};
 use super::point::{PointPlanes, light_on};
 use super::record::{ANCHOR, ColorPlanes, LEAST, NORMAL, Record};
 use super::run::{Places, Rest, Run};
@@ -259,10 +259,12 @@ fn paint_all<S: Simd, V: Lanes<S>, const POINT: bool, const SPECIAL: bool>(
                     let first = i * V::LEN;
                     let places = &stage.places.out()[first..first + V::LEN];
                     let codes = codes::<S, V>(simd, &stage.rgb, i);
-                    if first + V::LEN <= n_pixels {
-                        store_group(places, codes.as_slice(), out);
-                    } else {
+                    if first + V::LEN > n_pixels {
                         store_each(&places[..n_pixels - first], codes.as_slice(), out);
+                    } else if is_row::<S, V>(simd, places) {
+                        store_row(places[0] as usize, codes.as_slice(), out);
+                    } else {
+                        store_each(places, codes.as_slice(), out);
                     }
                 }
             }
@@ -596,17 +598,19 @@ fn codes<S: Simd, V: Lanes<S>>(simd: S, [r, g, b]: &[Column<u32>; 3], i: usize) 
     r | g << 8 | b << 16 | V::Uints::splat(simd, 0xff00_0000)
 }
 
-/// Writes a group: most are neighbours in a row.
+/// Whether each place of a group is the one after the place before, as most are.
 #[inline(always)]
-fn store_group(places: &[u32], codes: &[u32], out: &mut [[u8; 4]]) {
-    let (first, n) = (places[0] as usize, codes.len());
-    let is_row = places[n - 1] as usize == first + n - 1;
-    if is_row && let Some(row) = out.get_mut(first..first + n) {
-        for i in 0..n {
-            row[i] = codes[i].to_le_bytes();
-        }
-    } else {
-        store_each(places, codes, out);
+fn is_row<S: Simd, V: Lanes<S>>(simd: S, places: &[u32]) -> bool {
+    let steps = V::Uints::from_slice(simd, &NUMBERS[..V::LEN]);
+    let starts = V::Uints::from_slice(simd, places) - steps;
+    starts.simd_eq(V::Uints::splat(simd, places[0])).all_true()
+}
+
+#[inline(always)]
+fn store_row(first: usize, codes: &[u32], out: &mut [[u8; 4]]) {
+    let row = &mut out[first..first + codes.len()];
+    for i in 0..codes.len() {
+        row[i] = codes[i].to_le_bytes();
     }
 }
 

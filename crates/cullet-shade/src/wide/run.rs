@@ -43,7 +43,7 @@ impl Run {
 
 /// Runs are written eight pixels at a time, whatever their length, and what is too much is written
 /// over by the next; the last group is filled up.
-const PADDED: usize = ROOM + 8 + WIDEST;
+const PADDED: usize = ROOM + WIDEST;
 
 /// What is left of a list of runs.
 #[derive(Debug)]
@@ -78,7 +78,7 @@ impl Default for Places {
 
 impl Places {
     /// Takes as many pixels as there is room for, and returns how many. The group that the last is in
-    /// is filled up with places beside it.
+    /// is filled up.
     #[inline(always)]
     pub fn take<S: Simd, V: Lanes<S>>(&mut self, simd: S, rest: &mut Rest<'_>) -> usize {
         let Rest { mut runs, mut taken } = *rest;
@@ -108,9 +108,10 @@ impl Places {
             (last, runs) = (run, others);
         }
         *rest = Rest { runs, taken };
-        // These neighbours may lie in the next row, or be of the next triangle: they only have to be there.
-        for i in (0..V::LEN).step_by(8) {
-            self.put(simd, n + i, last, 0);
+        // The group is filled up with one place of the last triangle, which nobody looks at.
+        let first = u32x8::splat(simd, last.first);
+        for i in (n..n + V::LEN).step_by(8) {
+            first.store_slice(&mut self.packed[i..i + 8]);
         }
         for group in 0..n.div_ceil(V::LEN) {
             self.unpack::<S, V>(simd, group);
@@ -136,13 +137,11 @@ impl Places {
         self.record.set::<S, V::Uints>(group, packed >> (2 * PLACE_BITS));
     }
 
-    /// Eight places of one triangle, whose record is the first; groups are filled up.
+    /// Eight places of one triangle, whose record is the first.
     pub fn set_eight(&mut self, [x, y]: [[f32; 8]; 2]) {
-        self.record.0[..WIDEST].fill(0);
-        for first in (0..WIDEST).step_by(8) {
-            self.x.0[first..first + 8].copy_from_slice(&x);
-            self.y.0[first..first + 8].copy_from_slice(&y);
-        }
+        self.record.0[..8].fill(0);
+        self.x.0[..8].copy_from_slice(&x);
+        self.y.0[..8].copy_from_slice(&y);
     }
 
     /// The records of a group of so many pixels.

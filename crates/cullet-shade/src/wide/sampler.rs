@@ -1,7 +1,7 @@
 //! Trilinear filtering of many pixels: [`mod@crate::sampler`], wide.
 //!
-//! Where the texels lie is found for a group of pixels at once, then each pixel blends its own: left and
-//! right neighbours are 16 bytes in a row, so one load fetches and one vector holds them; rows
+//! Where the texels lie is found for a group of pixels at once, then each pixel blends its own (but see
+//! `blend512`): left and right neighbours are 16 bytes in a row, so one load fetches and one vector holds them; rows
 //! are blended first, then left and right of both levels at once, then the levels. In this
 //! form equal ends blend to exactly themselves.
 //!
@@ -274,7 +274,8 @@ impl<'a> Sampler<'a> {
         }
     }
 
-    /// Red, green and blue as [`Sampler::blend_all`] has them, of whole groups.
+    /// Red, green and blue as [`Sampler::blend_all`] has them; of the last group those beyond `n` mean nothing.
+    /// `texels` is scratch.
     #[inline(always)]
     pub fn blend_colors<S: Simd, V: Lanes<S>, const SPECIAL: bool>(
         &self,
@@ -285,7 +286,10 @@ impl<'a> Sampler<'a> {
         out: &mut [Column<f32>; 3],
     ) {
         #[cfg(target_arch = "x86_64")]
-        if !SPECIAL && let Level::Avx512(token) = simd.level() {
+        if !SPECIAL
+            && V::LEN == 16
+            && let Level::Avx512(token) = simd.level()
+        {
             return super::blend512::blend(token, self.texels, taps, n, out);
         }
         self.blend_all::<S, V, SPECIAL>(simd, taps, n, texels);

@@ -3,10 +3,11 @@
 use cullet_raster::{BLOCK, Interpolator, Placement, SubpixelBits};
 use cullet_scene::{Material, Mesh, Sampler, TextureRef, Wrap};
 use cullet_transform::{Camera, ClipPoint, PlaneMask, Projection, View, Viewport};
-use fearless_simd::{Level, Simd, dispatch, f32x8, prelude::*};
+use fearless_simd::{Level, Simd, dispatch};
 use glam::{DAffine3, DVec3, Vec2, Vec3, Vec4};
 use proptest::prelude::*;
 
+use super::column::{Column, ROOM};
 use super::*;
 use crate::reference;
 use crate::testing::{Random, config, levels, noise, plain};
@@ -56,9 +57,18 @@ fn sampled_by(texture: &Texture, uv: Vec2, [ddx, ddy]: [Vec2; 2], look: &Look) -
 fn levels_of(sampler: &sampler::Sampler<'_>, ddx: Vec2, ddy: Vec2, level: Level) -> Vec<f32> {
     #[inline(always)]
     fn of<S: Simd>(simd: S, sampler: &sampler::Sampler<'_>, ddx: Vec2, ddy: Vec2) -> Vec<f32> {
-        let wide = |v: Vec2| [v.x, v.y].map(|v| f32x8::splat(simd, v));
-        let footprint = sampler.footprint::<S, f32x8<S>>(wide(ddx), wide(ddy));
-        sampler.levels(simd, footprint).as_slice().to_vec()
+        wide!(S, groups_of(simd, sampler, ddx, ddy))
+    }
+    #[inline(always)]
+    fn groups_of<S: Simd, V: Lanes<S>>(
+        simd: S,
+        sampler: &sampler::Sampler<'_>,
+        ddx: Vec2,
+        ddy: Vec2,
+    ) -> Vec<f32> {
+        let ddx = [V::splat(simd, ddx.x), V::splat(simd, ddx.y)];
+        let ddy = [V::splat(simd, ddy.x), V::splat(simd, ddy.y)];
+        sampler.levels(simd, sampler.footprint::<S, V>(ddx, ddy)).as_slice().to_vec()
     }
     dispatch!(level, simd => of(simd, sampler, ddx, ddy))
 }
@@ -407,8 +417,15 @@ fn groups_and_instruction_sets_change_nothing() {
     for (place, color) in places.iter().zip(&all) {
         assert_eq!(seen.wide(&[*place], &look).0[0], *color);
     }
-    for most in [2, 7, 8, 13, 64] {
-        assert_eq!(seen.wide_in_runs(most, &places, &look), seen.wide(&places, &look), "{most}");
+    for (name, simd) in levels() {
+        let look = Look { simd, ..look };
+        for most in [2, 7, 8, 13, 15, 16, 17, 64] {
+            let runs = seen.wide_in_runs(most, &places, &look);
+            assert_eq!(runs, seen.wide(&places, &look), "{name} {most}");
+        }
+        for n in [1, 15, 16, 17, 255, 256, 257] {
+            assert_eq!(seen.wide(&places[..n], &look).0, all[..n], "{name} {n}");
+        }
     }
     let mut backwards = places.clone();
     backwards.reverse();
@@ -444,6 +461,94 @@ fn approximate_divisions_are_near_and_the_same_on_every_instruction_set() {
         assert!(worst > 0.0 && worst < 1e-4, "{needs:?}: {worst:e}");
         for (name, simd) in levels() {
             assert_eq!(seen.wide(&places, &Look { simd, ..rough }).0, colors, "{name}");
+        }
+    }
+}
+
+/// Red, green and blue of `n` places as [`paint`] has them blended, and as [`sampler::Sampler::blend_all`]
+/// has them.
+fn blended(
+    sampler: &sampler::Sampler<'_>,
+    places: &[[f32; 3]; ROOM],
+    n: usize,
+    level: Level,
+) -> [Vec<[f32; 3]>; 2] {
+    #[inline(always)]
+    fn of<S: Simd>(
+        simd: S,
+        sampler: &sampler::Sampler<'_>,
+        places: &[[f32; 3]; ROOM],
+        n: usize,
+    ) -> [Vec<[f32; 3]>; 2] {
+        wide!(S, groups_of(simd, sampler, places, n))
+    }
+    #[inline(always)]
+    fn groups_of<S: Simd, V: Lanes<S>>(
+        simd: S,
+        sampler: &sampler::Sampler<'_>,
+        places: &[[f32; 3]; ROOM],
+        n: usize,
+    ) -> [Vec<[f32; 3]>; 2] {
+        let [u, v, lod] = [0, 1, 2].map(|number| Column(places.map(|place| place[number])));
+        let mut taps = sampler::Taps::default();
+        for group in 0..n.div_ceil(V::LEN) {
+            let uv: [V; 2] = [u.get(simd, group), v.get(simd, group)];
+            sampler.find(simd, uv, lod.get(simd, group), &mut taps, group);
+        }
+        let mut texels = [[0.0; 4]; ROOM];
+        let mut out = [Column::default(); 3];
+        sampler.blend_colors::<S, V, false>(simd, &taps, n, &mut texels, &mut out);
+        let fast = (0..n).map(|i| [out[0].0[i], out[1].0[i], out[2].0[i]]).collect();
+        sampler.blend_all::<S, V, false>(simd, &taps, n, &mut texels);
+        [fast, texels[..n].iter().map(|texel| [texel[0], texel[1], texel[2]]).collect()]
+    }
+    dispatch!(level, simd => of(simd, sampler, places, n))
+}
+
+#[test]
+fn colours_of_many_are_blended_as_one_by_one() {
+    let random = &mut Random::new(7);
+    for wrap in WRAPS {
+        let wraps = Sampler { wrap_u: wrap, wrap_v: wrap, ..Sampler::default() };
+        let texture = Texture::new(&noise(57, 41, 5), wraps);
+        let sampler =
+            sampler::Sampler::new(&texture, Filter::Trilinear, Arithmetic::Float).unwrap();
+        // Whole levels for all, for none, and for some of a group.
+        for whole in [1.0, 0.0, 0.5, 0.95] {
+            let places: [[f32; 3]; ROOM] = std::array::from_fn(|_| {
+                let lod = random.within(0.0, 5.0);
+                let lod = if random.unit() < whole { lod.floor() } else { lod };
+                [random.within(-2.0, 2.0), random.within(-2.0, 2.0), lod]
+            });
+            for (name, level) in levels() {
+                for n in (1..=33).chain([255, 256]) {
+                    let [fast, plain] = blended(&sampler, &places, n, level);
+                    assert_eq!(fast, plain, "{name} {wrap:?} {whole} {n}");
+                }
+            }
+        }
+    }
+}
+
+/// Rows are stored at once; what only begins and ends like one is not.
+#[test]
+fn bytes_go_where_they_belong() {
+    let (mesh, material) = (Mesh::default(), Material::default());
+    let surface = Surface::new(&mesh, &material, None, DAffine3::IDENTITY);
+    let planes = Planes { records: &[Record::default()], colors: &[], points: &[] };
+    for (name, level) in levels() {
+        let of = Paint::new(&surface, Needs::NONE, &look(Filter::Trilinear, level));
+        for lanes in [8, 16] {
+            // From 100 on; places in between are elsewhere, by fives.
+            let out = |i: u32| if i.is_multiple_of(lanes - 1) { 100 + i } else { 200 + 5 * i };
+            let runs: Vec<Run> = (0..lanes).map(|i| Run::new(0, [8, 8], 1, out(i))).collect();
+            let mut bytes = vec![[7; 4]; 400];
+            let (scratch, left) = (&mut Scratch::default(), &mut Vec::new());
+            paint(&of, &runs, &planes, scratch, &mut Out::Bytes(&mut bytes), left);
+            for (place, byte) in (0..).zip(&bytes) {
+                let is_written = (0..lanes).any(|i| out(i) == place);
+                assert_eq!(*byte, if is_written { [255; 4] } else { [7; 4] }, "{name} {place}");
+            }
         }
     }
 }
