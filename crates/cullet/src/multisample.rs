@@ -25,7 +25,9 @@ pub(crate) struct EdgeScratch {
     /// Ids of a rectangle where all samples of a pixel agree, else [`NO_TRIANGLE`].
     whole: Vec<u32>,
     edges: Vec<Edge>,
+    /// Places whose colours edges are made of: the first `n_wanted`, and room for more.
     wanted: Vec<Wanted>,
+    n_wanted: usize,
     /// Samples that see each of `wanted`.
     weights: Vec<f32>,
     colors: Vec<Vec4>,
@@ -64,6 +66,11 @@ impl EdgeScratch {
     ) {
         let nothing = u32x8::splat(simd, NO_TRIANGLE);
         let width = whole.len();
+        let room = self.n_wanted + N * width;
+        if self.wanted.len() < room {
+            self.wanted.resize(room, Wanted::default());
+            self.weights.resize(room, 0.0);
+        }
         let mut first = 0;
         while first < width {
             let own = u32x8::from_slice(simd, &ids[0][first..first + 8]);
@@ -92,7 +99,11 @@ impl EdgeScratch {
     #[inline(always)]
     #[expect(clippy::needless_range_loop, reason = "iterators beside vectors may become calls")]
     fn edge<const N: usize>(&mut self, ids: [u32; N], middles: &[Middle], place: Place) {
-        let n_before = self.wanted.len();
+        let mut n_wanted = 0;
+        let (_, free) = self.wanted.split_at_mut(self.n_wanted);
+        let (_, free_weights) = self.weights.split_at_mut(self.n_wanted);
+        let wanted: &mut [Wanted; N] = free.first_chunk_mut().expect("room for all");
+        let weights: &mut [f32; N] = free_weights.first_chunk_mut().expect("room for all");
         let mut todo = 0;
         for sample in 0..N {
             todo |= usize::from(ids[sample] != NO_TRIANGLE) << sample;
@@ -106,11 +117,12 @@ impl EdgeScratch {
             todo &= !own;
             let Middle { x, y, weight } = middles[own];
             let (x, y) = (place.x as i32 * 16 + 8 + x, place.y as i32 * 16 + 8 + y);
-            self.wanted.push(Wanted { id: seen, x, y });
-            self.weights.push(weight);
+            wanted[n_wanted % N] = Wanted { id: seen, x, y };
+            weights[n_wanted % N] = weight;
+            n_wanted += 1;
         }
-        let n_wanted = (self.wanted.len() - n_before) as u32;
-        self.edges.push(Edge { out: place.out as u32, n_wanted });
+        self.n_wanted += n_wanted;
+        self.edges.push(Edge { out: place.out as u32, n_wanted: n_wanted as u32 });
     }
 
     /// [`EdgeScratch::row`] for all rows of a rectangle, whose upper left pixel is at `column`, `row` in
@@ -213,8 +225,7 @@ impl TileShader<'_> {
     ) -> u64 {
         let mut scratch = std::mem::take(&mut self.scratch.edges);
         scratch.edges.clear();
-        scratch.wanted.clear();
-        scratch.weights.clear();
+        scratch.n_wanted = 0;
         let width = rect.width as usize;
         dispatch!(self.scene.settings.simd, simd => match tile.samples() {
             Samples::One => scratch.rows::<_, 1>(simd, tile, rect, place, out.stride),
@@ -223,14 +234,17 @@ impl TileShader<'_> {
             Samples::Eight => scratch.rows::<_, 8>(simd, tile, rect, place, out.stride),
         });
         let n_whole = self.blocks(rect, &scratch.whole, width, out);
-        scratch.colors.clear();
-        scratch.colors.resize(scratch.wanted.len(), Vec4::ZERO);
+        let n_wanted = scratch.n_wanted;
+        if scratch.colors.len() < n_wanted {
+            scratch.colors.resize(n_wanted, Vec4::ZERO);
+        }
+        let (wanted, colors) = (&scratch.wanted[..n_wanted], &mut scratch.colors[..n_wanted]);
         let (first, last) = ([rect.x, rect.y], [rect.x + rect.width - 1, rect.y + rect.height - 1]);
         let (block, last_block) = (first.map(|at| at / BLOCK), last.map(|at| at / BLOCK));
         if block == last_block {
-            self.colors_in_block(block, &scratch.wanted, &mut scratch.colors);
+            self.colors_in_block(block, wanted, colors);
         } else {
-            self.colors(&scratch.wanted, &mut scratch.colors);
+            self.colors(wanted, colors);
         }
         let one_sample = 1.0 / tile.samples().count() as f32;
         let Settings { background, encoding, simd, .. } = *self.scene.settings;
@@ -288,10 +302,15 @@ mod tests {
     fn triangles_of_a_pixel_are_shaded_around_its_middle() {
         fn check<const N: usize>(ids: [u32; N], samples: Samples) {
             let offsets: &[[i32; 2]; N] = samples.offsets().first_chunk().unwrap();
-            let mut scratch = EdgeScratch::default();
+            let mut scratch = EdgeScratch {
+                wanted: vec![Wanted::default(); N],
+                weights: vec![0.0; N],
+                ..EdgeScratch::default()
+            };
             scratch.edge(ids, middles_of(samples), Place { x: 3, y: 5, out: 7 });
             let mut sum = [0.0; 2];
-            for (wanted, weight) in scratch.wanted.iter().zip(&scratch.weights) {
+            let wanted = &scratch.wanted[..scratch.n_wanted];
+            for (wanted, weight) in wanted.iter().zip(&scratch.weights) {
                 let seen = offsets.iter().zip(ids).filter(|(_, id)| *id == wanted.id);
                 let places: Vec<[f64; 2]> = seen.map(|(at, _)| at.map(f64::from)).collect();
                 assert_eq!(places.len() as f32, *weight);
@@ -303,7 +322,8 @@ mod tests {
                 }
             }
             let n_seen = ids.iter().filter(|id| **id != NO_TRIANGLE).count();
-            assert_eq!(scratch.weights.iter().sum::<f32>(), n_seen as f32);
+            let weights = &scratch.weights[..scratch.n_wanted];
+            assert_eq!(weights.iter().sum::<f32>(), n_seen as f32);
             if n_seen == N {
                 assert!(sum.iter().all(|sum| sum.abs() <= 0.5 * N as f64), "{ids:?}: {sum:?}");
             }

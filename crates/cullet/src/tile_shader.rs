@@ -27,7 +27,7 @@ use crate::visibility::{CornerSlots, Corners, scan};
 use crate::{Pass, Passes, Region, Resolution, Settings, ShadingRate};
 
 /// A place of the picture whose colour is wanted.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Wanted {
     /// The triangle seen there.
     pub id: u32,
