@@ -34,7 +34,7 @@ static TABLE: LazyLock<[u8; 4096]> =
     LazyLock::new(|| std::array::from_fn(|step| encode8_exact(step as f32 / STEPS)));
 
 /// Up to here the curve is a line.
-const LINEAR_END: f32 = 0.003_130_8;
+pub(crate) const LINEAR_END: f32 = 0.003_130_8;
 
 /// The curve beyond, by powers of the fourth root: the best such cubic (by Lawson's iteration), off by
 /// 2.15e-4 at most.

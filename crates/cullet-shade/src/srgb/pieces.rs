@@ -9,6 +9,7 @@ use std::arch::x86_64::*;
 use fearless_simd::{f32x16, kernel, prelude::*, u32x16};
 
 use super::{Encoder, SMALLEST, encode_exact};
+use crate::encoding::LINEAR_END;
 
 /// How far a cubic may be from the curve, codes. They are off by 3.9e-4 at most.
 const DOUBT: f32 = 5e-4;
@@ -22,8 +23,6 @@ const FIRST: u32 = (127 - 8) << 23;
 /// The middle of a piece from its first float.
 const MIDDLE: u32 = 1 << (PIECE_SHIFT - 1);
 
-/// Up to here the curve is a line.
-const LINE_END: f32 = 0.003_130_8;
 /// Of the line, codes.
 const SLOPE: f32 = 12.92 * 255.0;
 
@@ -37,7 +36,7 @@ impl Pieces {
         for piece in 0..PIECES as u32 {
             let first = FIRST + (piece << PIECE_SHIFT);
             let middle = f64::from(f32::from_bits(first + MIDDLE));
-            let begin = if piece == 0 { LINE_END } else { f32::from_bits(first) };
+            let begin = if piece == 0 { LINEAR_END } else { f32::from_bits(first) };
             let end = f32::from_bits(first + (1 << PIECE_SHIFT));
             let coefficients = cubic([begin, end].map(|x| f64::from(x) - middle), |way| {
                 255.0 * encode_exact(middle + way)
@@ -109,7 +108,7 @@ kernel!(
             let code = _mm512_fmadd_ps(code, way, next);
             let next = _mm512_permutex2var_ps(constant[0], piece, constant[1]);
             let code = _mm512_fmadd_ps(code, way, next);
-            let is_line = _mm512_cmp_ps_mask::<_CMP_LE_OQ>(x, _mm512_set1_ps(LINE_END));
+            let is_line = _mm512_cmp_ps_mask::<_CMP_LE_OQ>(x, _mm512_set1_ps(LINEAR_END));
             let code = _mm512_mask_mul_ps(code, is_line, x, _mm512_set1_ps(SLOPE));
             const NEAREST: i32 = _MM_FROUND_TO_NEAREST_INT | _MM_FROUND_NO_EXC;
             let whole = _mm512_cvt_roundps_epi32::<NEAREST>(code);
@@ -134,7 +133,7 @@ mod tests {
 
     /// [`encode`] without rounding, in f64 but for the coefficients.
     fn code(pieces: &Pieces, x: f32) -> f64 {
-        if x <= LINE_END {
+        if x <= LINEAR_END {
             return f64::from(x) * f64::from(SLOPE);
         }
         let bits = x.to_bits().max(FIRST);

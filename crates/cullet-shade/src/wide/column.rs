@@ -15,6 +15,9 @@ pub(super) const ROOM: usize = 256;
 /// Pixels of the largest group; a multiple of every other's.
 pub(crate) const WIDEST: usize = 16;
 
+/// The most groups of a chunk: of the smallest.
+pub(super) const MOST_GROUPS: usize = ROOM / 8;
+
 /// Of the lanes.
 pub(super) const NUMBERS: [u32; WIDEST] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
 
@@ -29,9 +32,8 @@ pub(crate) trait Lanes<S: Simd>:
     type Uints: SimdInt<S, Element = u32, Mask = Self::Mask, ByteVector = Self::ByteVector>
         + SimdCvtTruncate<Self>;
 
-    /// The so many'th vector of a sequence of rows of eight numbers, one row after the other. It begins in
-    /// the first of `rows`, and may reach into the second.
-    fn part_of(simd: S, part: usize, rows: [&[f32; 8]; 2]) -> Self;
+    /// Rows of eight numbers, as many as there is room for: the first, or both.
+    fn of_rows(simd: S, rows: [&[f32; 8]; 2]) -> Self;
 }
 
 /// Calls a function of an instruction set `S` and of [`Lanes`] with as many as serve it best: the widest
@@ -51,7 +53,7 @@ impl<S: Simd> Lanes<S> for f32x8<S> {
     type Uints = u32x8<S>;
 
     #[inline(always)]
-    fn part_of(simd: S, _: usize, [row, _]: [&[f32; 8]; 2]) -> Self {
+    fn of_rows(simd: S, [row, _]: [&[f32; 8]; 2]) -> Self {
         Self::simd_from(simd, *row)
     }
 }
@@ -61,7 +63,7 @@ impl<S: Simd> Lanes<S> for f32x16<S> {
     type Uints = u32x16<S>;
 
     #[inline(always)]
-    fn part_of(simd: S, _: usize, [first, second]: [&[f32; 8]; 2]) -> Self {
+    fn of_rows(simd: S, [first, second]: [&[f32; 8]; 2]) -> Self {
         f32x8::simd_from(simd, *first).combine(f32x8::simd_from(simd, *second))
     }
 }

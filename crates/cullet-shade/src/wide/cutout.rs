@@ -70,5 +70,5 @@ fn kept<S: Simd>(
         let alpha = cutout.factor * (stage.texels.0[lane][3] * STEP);
         kept |= u64::from(alpha >= cutout.cutoff) << lane;
     }
-    [kept, stage.good.0[0]]
+    [kept, stage.good[0]]
 }

@@ -6,7 +6,7 @@ use cullet_raster::prefetch;
 use fearless_simd::{Level, Simd, dispatch, f32x4, prelude::*};
 use glam::{Vec2, Vec3, Vec4};
 
-use super::column::{Column, Lanes, NUMBERS, WIDEST, wide};
+use super::column::{Column, Lanes, MOST_GROUPS, NUMBERS, WIDEST, wide};
 use super::point::{PointPlanes, light_on};
 use super::record::{ANCHOR, ColorPlanes, LEAST, NORMAL, Record};
 use super::run::{Places, Rest, Run};
@@ -208,7 +208,7 @@ fn paint_all<S: Simd, V: Lanes<S>, const POINT: bool, const SPECIAL: bool>(
                 stage.lights[0].set(i, rgb[0]);
                 stage.lights[1].set(i, rgb[1]);
                 stage.lights[2].set(i, rgb[2]);
-                stage.good.0[i] &= good;
+                stage.good[i] &= good;
             }
         }
         if let Some(Sampled::Wide(sampler) | Sampled::Stretched(sampler)) = &paint.texture {
@@ -238,10 +238,10 @@ fn paint_all<S: Simd, V: Lanes<S>, const POINT: bool, const SPECIAL: bool>(
         }
         for i in 0..n {
             paint.color::<S, V, POINT>(simd, stage, i);
-            if stage.good.0[i] != all(V::LEN) {
+            if stage.good[i] != all(V::LEN) {
                 let first = i * V::LEN;
                 let end = n_pixels.min(first + V::LEN);
-                leave(&stage.places, first..end, stage.good.0[i], left);
+                leave(&stage.places, first..end, stage.good[i], left);
             }
         }
         match out {
@@ -301,7 +301,7 @@ pub(super) struct Stage {
     /// Vertex colours, red, green and blue.
     colors: [Column<f32>; 3],
     /// Which pixels are to be trusted, a bit each, by group.
-    pub(super) good: Column<u64>,
+    pub(super) good: [u64; MOST_GROUPS],
     pub(super) taps: Taps,
     pub(super) texels: Column<[f32; 4]>,
     /// The same without alpha, red, green and blue.
@@ -336,7 +336,7 @@ impl Paint<'_> {
         i: usize,
     ) {
         let zero = V::splat(simd, 0.0);
-        stage.good.0[i] = all(V::LEN);
+        stage.good[i] = all(V::LEN);
         let is_smooth = matches!(self.light, Lit::Smooth { .. });
         if matches!(self.light, Lit::Flat) {
             let numbers = stage.places.records(i, V::LEN);
@@ -419,7 +419,7 @@ impl Paint<'_> {
             stage.light.set(i, cosine * (1.0 - ambient) + ambient);
             good &= is_in_range(simd, length2); // so squares are safe
         }
-        stage.good.0[i] = good.to_bitmask();
+        stage.good[i] = good.to_bitmask();
     }
 
     /// The colours of a group.
@@ -488,14 +488,15 @@ pub(super) fn values<S: Simd, V: Lanes<S>>(
 ) -> Values<V> {
     let numbers = places.records(i, V::LEN);
     let [mut at, mut ddx, mut ddy] = [[V::splat(simd, 0.0); 8]; 3];
-    for part in 0..8 {
-        // A part of one record, or several.
-        let first = part * V::LEN / 8;
+    let rows = V::LEN / 8;
+    for vector in 0..8 {
+        // Of one record, or of two.
+        let first = vector * rows;
         let a = &records[numbers[first] as usize];
-        let b = &records[numbers[(first + 1).min(V::LEN - 1)] as usize];
-        at[part] = V::part_of(simd, part, [&a.at, &b.at]);
-        ddx[part] = V::part_of(simd, part, [&a.ddx, &b.ddx]);
-        ddy[part] = V::part_of(simd, part, [&a.ddy, &b.ddy]);
+        let b = &records[numbers[first + rows - 1] as usize];
+        at[vector] = V::of_rows(simd, [&a.at, &b.at]);
+        ddx[vector] = V::of_rows(simd, [&a.ddx, &b.ddx]);
+        ddy[vector] = V::of_rows(simd, [&a.ddy, &b.ddy]);
     }
     values_of(simd, places, i, [turned::<S, V>(&at), turned::<S, V>(&ddx), turned::<S, V>(&ddy)])
 }

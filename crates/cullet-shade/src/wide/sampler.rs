@@ -14,7 +14,7 @@ use cullet_scene::Wrap;
 use fearless_simd::Level;
 use fearless_simd::{Simd, SimdCvtFloat, SimdCvtTruncate, f32x4, f32x8, i32x8, prelude::*, u16x8};
 
-use super::column::{Column, Lanes, ROOM};
+use super::column::{Column, Lanes, MOST_GROUPS, ROOM};
 use super::fixed::{self, Eight, Fixed, Sixteen};
 use super::run::Places;
 use super::turn::{fours, turned4};
@@ -216,11 +216,17 @@ impl<'a> Sampler<'a> {
         }
     }
 
-    /// Sends for the texels of the first `n` groups of places: most of them are read for the first time, and
+    /// Sends for the texels of the first `n_groups`: most of them are read for the first time, and
     /// blending would wait for each.
     #[inline(always)]
-    pub fn send_for<S: Simd, V: Lanes<S>>(&self, simd: S, places: &Places, taps: &Taps, n: usize) {
-        for group in 0..n {
+    pub fn send_for<S: Simd, V: Lanes<S>>(
+        &self,
+        simd: S,
+        places: &Places,
+        taps: &Taps,
+        n_groups: usize,
+    ) {
+        for group in 0..n_groups {
             let is_one = places.is_one_triangle::<S, V>(simd, group);
             taps.fine.send_for::<S, V>(self.texels, group, is_one);
             if !taps.is_fine[group] {
@@ -406,21 +412,14 @@ pub(super) fn set_colors<S: Simd, V: Lanes<S>>(
 }
 
 /// Texels around places.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct Taps {
     pub(super) fine: LevelTaps,
     pub(super) coarse: LevelTaps,
     /// From the finer level to the coarser.
     pub(super) blend: Column<f32>,
     /// No place of a group needs the coarser level.
-    pub(super) is_fine: [bool; ROOM],
-}
-
-impl Default for Taps {
-    fn default() -> Self {
-        let [fine, coarse] = Default::default();
-        Taps { fine, coarse, blend: Column::default(), is_fine: [false; ROOM] }
-    }
+    pub(super) is_fine: [bool; MOST_GROUPS],
 }
 
 /// In one level: the first channel of the upper left neighbour, how many channels later the lower
