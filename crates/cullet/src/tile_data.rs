@@ -32,28 +32,74 @@ impl Distance {
         is_safe.then_some(Distance { scale: scale as f32, shift: shift as f32 })
     }
 
-    #[inline]
+    /// Of one key.
+    #[cfg(test)]
     fn of(self, key: i32) -> f32 {
         self.shift / (f32::from_bits(key as u32) + self.scale)
     }
 
-    /// Of a row, infinite where there is no triangle.
+    /// Of rows, infinite where there is no triangle.
     #[inline(always)]
-    fn of_all<S: Simd>(self, simd: S, keys: &[i32], ids: &[u32], out: &mut [f32]) {
-        let nothing = u32x8::splat(simd, NO_TRIANGLE);
-        let (eights, rest) = out.as_chunks_mut::<8>();
-        let n = 8 * eights.len();
-        for (i, out) in eights.iter_mut().enumerate() {
-            let key = i32x8::from_slice(simd, &keys[8 * i..8 * i + 8]);
-            let id = u32x8::from_slice(simd, &ids[8 * i..8 * i + 8]);
-            let depth: f32x8<S> = key.bitcast();
-            let distance = f32x8::splat(simd, self.shift) / (depth + self.scale);
-            *out = id.simd_eq(nothing).select(f32x8::splat(simd, f32::INFINITY), distance).into();
-        }
-        for ((out, key), id) in rest.iter_mut().zip(&keys[n..]).zip(&ids[n..]) {
-            *out = if *id == NO_TRIANGLE { f32::INFINITY } else { self.of(*key) };
+    fn of_rows<S: Simd>(self, simd: S, rows: &Rows<'_>, out: &mut [f32], out_stride: usize) {
+        let Rows { keys, ids, stride, width, height } = *rows;
+        for row in 0..height {
+            let (keys, ids) = (&keys[row * stride..], &ids[row * stride..]);
+            let out = &mut out[row * out_stride..][..width];
+            // By index: iterators side by side are a call each, and slow, in code for wide registers.
+            let mut i = 0;
+            while i + 8 <= width {
+                self.of_eight(simd, keys, ids, i).store_slice(&mut out[i..i + 8]);
+                i += 8;
+            }
+            if i < width {
+                let rest: [f32; 8] = self.of_eight(simd, keys, ids, i).into();
+                out[i..].copy_from_slice(&rest[..width - i]);
+            }
         }
     }
+
+    /// Of eight from the `first` on.
+    #[inline(always)]
+    fn of_eight<S: Simd>(self, simd: S, keys: &[i32], ids: &[u32], first: usize) -> f32x8<S> {
+        let key = i32x8::from_slice(simd, &keys[first..first + 8]);
+        let id = u32x8::from_slice(simd, &ids[first..first + 8]);
+        let depth: f32x8<S> = key.bitcast();
+        let distance = f32x8::splat(simd, self.shift) / (depth + self.scale);
+        let nothing = u32x8::splat(simd, NO_TRIANGLE);
+        id.simd_eq(nothing).select(f32x8::splat(simd, f32::INFINITY), distance)
+    }
+}
+
+/// A rectangle of a tile: rows of `width`, `stride` values from each to the next, and at least eight that
+/// mean nothing after the last.
+struct Rows<'r> {
+    keys: &'r [i32],
+    ids: &'r [u32],
+    stride: usize,
+    width: usize,
+    height: usize,
+}
+
+/// How many of some rows show something.
+#[inline(always)]
+fn count<S: Simd>(simd: S, rows: &Rows<'_>) -> u64 {
+    let (nothing, one) = (u32x8::splat(simd, NO_TRIANGLE), u32x8::splat(simd, 1));
+    let mut sum = u32x8::splat(simd, 0);
+    let mut n = 0;
+    for row in 0..rows.height {
+        let ids = &rows.ids[row * rows.stride..][..rows.width];
+        let mut i = 0;
+        while i + 8 <= ids.len() {
+            let id = u32x8::from_slice(simd, &ids[i..i + 8]);
+            sum += id.simd_eq(nothing).select(u32x8::splat(simd, 0), one);
+            i += 8;
+        }
+        while i < ids.len() {
+            n += u64::from(ids[i] != NO_TRIANGLE);
+            i += 1;
+        }
+    }
+    n + u64::from(sum.reduce_sum())
 }
 
 /// Fills those of `passes` that need nothing but `tile`, whose pixel `place` is the upper left one of
@@ -74,15 +120,14 @@ pub(crate) fn fill_data(
     let keys = tile.keys_from(place);
     let distance = distance.filter(|_| passes.contains(Pass::Depth));
     let (with_id, with_triangle) = (passes.contains(Pass::Id), passes.contains(Pass::Triangle));
-    let mut n_pixels = 0;
+    let rows = Rows { keys, ids, stride, width, height };
+    let n_pixels = dispatch!(level, simd => count(simd, &rows));
+    if let Some(distance) = distance {
+        dispatch!(level, simd => distance.of_rows(simd, &rows, out.depth, out.stride));
+    }
     for row in 0..height {
         let ids = &ids[row * stride..][..width];
         let to = row * out.stride..row * out.stride + width;
-        n_pixels += ids.iter().filter(|id| **id != NO_TRIANGLE).count() as u64;
-        if let Some(distance) = distance {
-            let (keys, out) = (&keys[row * stride..][..width], &mut out.depth[to.clone()]);
-            dispatch!(level, simd => distance.of_all(simd, keys, ids, out));
-        }
         if with_triangle {
             for (out, id) in out.triangle[to.clone()].iter_mut().zip(ids) {
                 *out = id.wrapping_add(1); // the number of none is the greatest
@@ -127,6 +172,35 @@ mod tests {
                 let error = f64::from(distance.of(key)) / exact - 1.0;
                 assert!(error.abs() < 3e-7, "{error:e} at {exact} of {near}..{far}");
             }
+        }
+    }
+
+    #[test]
+    fn rows_of_every_width_are_those_of_single_keys() {
+        let distance = Distance { scale: 0.1, shift: 0.3 };
+        let stride = 40;
+        let keys: Vec<i32> =
+            (0..4 * stride as i32).map(|i| (1.0 / (i + 1) as f32).to_bits() as i32).collect();
+        let ids: Vec<u32> = (0..4 * stride as u32)
+            .map(|i| if i % 3 == 1 || i % 7 == 2 { NO_TRIANGLE } else { i })
+            .collect();
+        let levels = cullet_cull::wide::levels().into_iter();
+        for ((name, level), width) in levels.flat_map(|level| (1..=24).map(move |n| (level, n))) {
+            let rows = Rows { keys: &keys, ids: &ids, stride, width, height: 3 };
+            let mut out = vec![-1.0; 3 * 30];
+            dispatch!(level, simd => distance.of_rows(simd, &rows, &mut out, 30));
+            let mut n = 0;
+            for (row, column) in (0..3).flat_map(|row| (0..30).map(move |column| (row, column))) {
+                let at = row * stride + column;
+                let want = match column < width {
+                    true if ids[at] == NO_TRIANGLE => f32::INFINITY,
+                    true => distance.of(keys[at]),
+                    false => -1.0,
+                };
+                n += u64::from((0.0..f32::INFINITY).contains(&want));
+                assert_eq!(out[row * 30 + column], want, "{name} {width} {row} {column}");
+            }
+            assert_eq!(dispatch!(level, simd => count(simd, &rows)), n, "{name} {width}");
         }
     }
 
