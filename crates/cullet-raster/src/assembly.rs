@@ -10,10 +10,12 @@ use fearless_simd::{Level, Simd, dispatch, i32x8, prelude::*, u32x8};
 use glam::{DMat4, Vec3};
 
 use crate::clip::{GuardBand, Polygon};
+use crate::depth::reversed_key;
 use crate::fixed::Fixed;
 use crate::placed::{Lens, Placed};
 use crate::plain;
 use crate::precision::{Precision, Transforms};
+use crate::prefetch::prefetch_all;
 use crate::samples::Samples;
 use crate::setup::{Facing, Placer, ScreenTriangle, SetupCounters, Vertex, whole};
 
@@ -73,6 +75,8 @@ pub struct Assembly {
     /// Clipped and large triangles, nearest first; all triangles, as they come, where the wide code does
     /// not serve.
     pub(crate) pieces: Vec<ScreenTriangle>,
+    /// Where each of them may show, for the wide code.
+    pub(crate) boxes: Vec<PieceBox>,
     /// Ids of clipped triangles.
     clipped: Vec<u32>,
     pub(crate) precision: Precision,
@@ -90,12 +94,48 @@ impl Default for Assembly {
             ids: [0; MAX_TRIANGLES],
             borders: [[0; MAX_TRIANGLES]; 4],
             pieces: Vec::new(),
+            boxes: Vec::new(),
             clipped: Vec::new(),
             precision: Precision::default(),
             vertices: Vec::new(),
             counters: SetupCounters::default(),
         }
     }
+}
+
+/// Where a screen triangle may show.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PieceBox {
+    /// Pixels of the picture that may have samples in it: the first and the one after the last.
+    pub x: [i32; 2],
+    pub y: [i32; 2],
+    /// Key of its nearest corner.
+    pub nearest: i32,
+}
+
+impl PieceBox {
+    fn new(piece: &ScreenTriangle, samples: Samples) -> Self {
+        let [a, b, c] = piece.corners;
+        let reach = 16 * i64::from(samples.reach());
+        let along = |corners| {
+            let [first, end] = pixels::<BITS>(corners, reach);
+            let (least, most) = (i64::from(i32::MIN), i64::from(i32::MAX));
+            [first.clamp(least, most) as i32, end.clamp(least, most) as i32]
+        };
+        PieceBox {
+            x: along([a.x, b.x, c.x]),
+            y: along([a.y, b.y, c.y]),
+            nearest: reversed_key(piece.nearest() as f32),
+        }
+    }
+}
+
+/// Pixels along an axis that may have samples between corners: the first and the one after the last.
+#[inline(always)]
+pub(crate) fn pixels<const BITS: u32>([a, b, c]: [i64; 3], reach: i64) -> [i64; 2] {
+    let unit = 1i64 << BITS;
+    let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+    [(low - unit / 2 - reach + unit - 1) >> BITS, ((high - unit / 2 + reach) >> BITS) + 1]
 }
 
 /// Borders of nothing: left and upper, right and lower.
@@ -119,6 +159,11 @@ impl Assembly {
             guard: GuardBand::new(object.viewport, BITS),
         };
         self.clipped.clear();
+        for list in cluster.positions {
+            prefetch_all(list, 0..list.len());
+        }
+        prefetch_all(cluster.corners, 0..cluster.corners.len());
+        prefetch_all(cluster.ids, 0..cluster.ids.len());
         let n = cluster.corners.len().min(MAX_TRIANGLES);
         self.counters = SetupCounters { n_in: n as u64, ..SetupCounters::default() };
         let mut job = Job { out: self, cluster, object, lens };
@@ -128,6 +173,8 @@ impl Assembly {
         self.pieces.sort_unstable_by(|a, b| {
             b.nearest().total_cmp(&a.nearest()).then_with(|| a.id.cmp(&b.id))
         });
+        self.boxes.clear();
+        self.boxes.extend(self.pieces.iter().map(|piece| PieceBox::new(piece, object.samples)));
     }
 
     /// What became of the triangles.
@@ -144,6 +191,7 @@ impl Assembly {
     /// Memory held beside the assembly itself.
     pub fn bytes(&self) -> usize {
         self.pieces.capacity() * size_of::<ScreenTriangle>()
+            + self.boxes.capacity() * size_of::<PieceBox>()
             + self.clipped.capacity() * 4
             + self.vertices.capacity() * size_of::<Vertex>()
     }

@@ -5,7 +5,7 @@
 
 use fearless_simd::{Level, Simd, dispatch, i32x8, mask32x8, prelude::*};
 
-use crate::assembly::{Assembly, BITS, MAX_TRIANGLES, load, pixels8};
+use crate::assembly::{self, Assembly, BITS, MAX_TRIANGLES, PieceBox, load, pixels8};
 use crate::depth::{ReversedF32, reversed_key};
 use crate::fill::{KeepSample, TileDepth, TileTriangle, fill, fill_blocks, fill_plain};
 use crate::fixed::Fixed;
@@ -94,9 +94,24 @@ impl<const N: usize> Job<'_, '_, N> {
             let eight = here[first..].first_chunk().expect("a margin of eight");
             self.eight(simd, eight, (n - first).min(8));
         }
-        for piece in &self.assembly.pieces {
-            self.screen_triangle(simd, piece);
+        let Assembly { pieces, boxes, .. } = self.assembly;
+        for i in 0..pieces.len() {
+            if self.may_show(&boxes[i]) {
+                self.screen_triangle(simd, &pieces[i]);
+            }
         }
+    }
+
+    /// Whether a screen triangle reaches the tile and is not behind all of it.
+    #[inline(always)]
+    fn may_show(&self, PieceBox { x, y, nearest }: &PieceBox) -> bool {
+        let side = self.tile.side() as i32;
+        let [left, top] = self.tile.origin();
+        x[0] < left + side
+            && x[1] > left
+            && y[0] < top + side
+            && y[1] > top
+            && !self.tile.all_hides(*nearest)
     }
 
     /// Boxes between borders, cut to the tile.
@@ -332,16 +347,14 @@ fn greatest(a: f64, b: f64) -> f64 {
 /// The pixels of a tile, along one axis, whose samples may lie between corners.
 #[inline(always)]
 pub(crate) fn pixels<const BITS: u32>(
-    [a, b, c]: [i64; 3],
+    corners: [i64; 3],
     origin: i32,
     reach: i64,
     side: i64,
 ) -> [i64; 2] {
-    let unit = 1i64 << BITS;
-    let (low, high) = (a.min(b).min(c), a.max(b).max(c));
-    let first = ((low - unit / 2 - reach + unit - 1) >> BITS) - i64::from(origin);
-    let end = ((high - unit / 2 + reach) >> BITS) + 1 - i64::from(origin);
-    [first.max(0), end.min(side)]
+    let [first, end] = assembly::pixels::<BITS>(corners, reach);
+    let origin = i64::from(origin);
+    [(first - origin).max(0), (end - origin).min(side)]
 }
 
 /// A screen triangle beside a tile.

@@ -213,9 +213,15 @@ impl TileBuffer {
         dispatch!(level, simd => self.hides_wide(simd, rect, key))
     }
 
+    /// Whether all of the tile is known to be nearer than `key`.
+    #[inline(always)]
+    pub(crate) fn all_hides(&self, key: i32) -> bool {
+        self.farthest_of_all > key
+    }
+
     #[inline(always)]
     pub(crate) fn hides_wide<S: Simd>(&mut self, simd: S, rect: TileRect, key: i32) -> bool {
-        if self.farthest_of_all > key {
+        if self.all_hides(key) {
             return true;
         }
         if !self.blocks_hide::<_, 1>(simd, rect, key) {
