@@ -6,12 +6,13 @@
 //! kept as screen triangles.
 
 use cullet_transform::{ClipPoint, PlaneMask, Viewport};
-use fearless_simd::{Level, Simd, dispatch, i32x8, prelude::*, u32x8};
+use fearless_simd::{Level, Simd, i32x8, prelude::*, u32x8};
 use glam::{DMat4, Vec3};
 
 use crate::clip::{GuardBand, Polygon};
 use crate::depth::reversed_key;
 use crate::fixed::Fixed;
+use crate::level::dispatch_wide;
 use crate::placed::{Lens, Placed};
 use crate::plain;
 use crate::precision::{Precision, Transforms};
@@ -72,14 +73,15 @@ pub struct Assembly {
     /// Borders, units: left, right, upper, lower. The last group of eight is filled up with
     /// what no tile reaches.
     pub(crate) borders: [[i32; MAX_TRIANGLES]; 4],
-    /// Clipped and large triangles, nearest first; all triangles, as they come, where the wide code does
-    /// not serve.
+    /// Clipped and large triangles, nearest first; all triangles, where the wide code does not serve.
     pub(crate) pieces: Vec<ScreenTriangle>,
     /// Where each of them may show, for the wide code.
     pub(crate) boxes: Vec<PieceBox>,
     /// Ids of clipped triangles.
     clipped: Vec<u32>,
     pub(crate) precision: Precision,
+    /// The instruction set that draws it; none if all of it is in `pieces`, for the plain code.
+    pub(crate) wide: Option<Level>,
     /// Of the plain way.
     vertices: Vec<Vertex>,
     counters: SetupCounters,
@@ -97,6 +99,7 @@ impl Default for Assembly {
             boxes: Vec::new(),
             clipped: Vec::new(),
             precision: Precision::default(),
+            wide: None,
             vertices: Vec::new(),
             counters: SetupCounters::default(),
         }
@@ -142,23 +145,38 @@ pub(crate) fn pixels<const BITS: u32>([a, b, c]: [i64; 3], reach: i64) -> [i64; 
 const NOWHERE: [i32; 2] = [i32::MAX / 2, i32::MIN / 2];
 
 impl Assembly {
-    /// Makes it that of `cluster`; the same on every `level`.
+    /// Makes it that of `cluster`, to be drawn with the instructions of `level`.
     pub fn assemble(&mut self, level: Level, cluster: &Cluster<'_>, object: &Object) {
         self.n = 0;
         self.pieces.clear();
+        self.boxes.clear();
+        self.clipped.clear();
         self.precision = object.precision;
-        if !object.precision.is_wide() {
-            let Assembly { vertices, pieces, .. } = self;
-            self.counters = plain::assemble(cluster, object, vertices, pieces);
-            return;
+        let is_wide = object.precision.is_wide() && !level.is_fallback();
+        self.wide = is_wide.then_some(level);
+        if is_wide {
+            self.assemble_wide(level, cluster, object);
+        } else {
+            let Assembly { vertices, pieces, clipped, .. } = self;
+            self.counters = plain::assemble(cluster, object, vertices, pieces, clipped);
         }
+        // Large triangles hide each other, and what is hidden costs little. Ids make counters the same
+        // whatever sorts them.
+        self.pieces.sort_unstable_by(|a, b| {
+            b.nearest().total_cmp(&a.nearest()).then_with(|| a.id.cmp(&b.id))
+        });
+        if is_wide {
+            self.boxes.extend(self.pieces.iter().map(|piece| PieceBox::new(piece, object.samples)));
+        }
+    }
+
+    fn assemble_wide(&mut self, level: Level, cluster: &Cluster<'_>, object: &Object) {
         let lens = Lens {
             clip_from_model: object.clip_from_model,
             viewport: object.viewport,
             planes: object.planes,
             guard: GuardBand::new(object.viewport, BITS),
         };
-        self.clipped.clear();
         for list in cluster.positions {
             prefetch_all(list, 0..list.len());
         }
@@ -167,14 +185,7 @@ impl Assembly {
         let n = cluster.corners.len().min(MAX_TRIANGLES);
         self.counters = SetupCounters { n_in: n as u64, ..SetupCounters::default() };
         let mut job = Job { out: self, cluster, object, lens };
-        dispatch!(level, simd => job.run(simd, n));
-        // Large triangles hide each other, and what is hidden costs little. Ids make counters the same
-        // whatever sorts them.
-        self.pieces.sort_unstable_by(|a, b| {
-            b.nearest().total_cmp(&a.nearest()).then_with(|| a.id.cmp(&b.id))
-        });
-        self.boxes.clear();
-        self.boxes.extend(self.pieces.iter().map(|piece| PieceBox::new(piece, object.samples)));
+        dispatch_wide!(level, simd => job.run(simd, n));
     }
 
     /// What became of the triangles.

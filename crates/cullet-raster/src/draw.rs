@@ -3,12 +3,15 @@
 //! With [`Assembly`] the fast path of [`crate::set_up`] and [`crate::cover`], with the same result
 //! to the last bit.
 
-use fearless_simd::{Level, Simd, dispatch, i32x8, mask32x8, prelude::*};
+use fearless_simd::{Level, Simd, i32x8, mask32x8, prelude::*};
 
 use crate::assembly::{self, Assembly, BITS, MAX_TRIANGLES, PieceBox, load, pixels8};
 use crate::depth::{ReversedF32, reversed_key};
-use crate::fill::{KeepSample, TileDepth, TileTriangle, fill, fill_blocks, fill_plain};
+use crate::depth8::{Corners8, Planes8, greatest, least};
+use crate::fill::{self, KeepSample, TileDepth, TileTriangle, fill, fill_blocks, fill_plain};
 use crate::fixed::Fixed;
+use crate::level::dispatch_wide;
+use crate::patch::{self, Values};
 use crate::plain;
 use crate::samples::{Offset, Samples};
 use crate::setup::{ScreenTriangle, doubled_area};
@@ -19,18 +22,11 @@ use crate::tile::{BLOCK, TileBuffer, TileRect};
 /// of one triangle.
 const WORTH_A_LOOK: u32 = 4;
 
-/// Draws `assembly` into `tile`. `keep` is asked per sample where the material has holes. Returns
-/// how many samples were won, later losers included. The picture does not depend on the order of
-/// calls, nor on `level`.
-pub fn draw(
-    level: Level,
-    tile: &mut TileBuffer,
-    assembly: &Assembly,
-    keep: Option<&mut KeepSample<'_>>,
-) -> u64 {
-    if !assembly.precision.is_wide() {
-        return plain::draw(tile, assembly, keep);
-    }
+/// Draws `assembly` into `tile`. `keep` is asked per sample where the material has holes. Returns how many samples were
+/// won, later losers included, which depends on the order of triangles. The picture depends neither on
+/// that, nor on the order of calls, nor on the instruction set that the assembly was made for.
+pub fn draw(tile: &mut TileBuffer, assembly: &Assembly, keep: Option<&mut KeepSample<'_>>) -> u64 {
+    let Some(level) = assembly.wide else { return plain::draw(tile, assembly, keep) };
     // One copy of the wide code per number of samples.
     match tile.samples() {
         Samples::One => draw_any::<1>(level, tile, assembly, keep),
@@ -49,7 +45,7 @@ fn draw_any<const N: usize>(
     let mut offsets = [[0; 2]; N];
     offsets.copy_from_slice(tile.samples().offsets());
     let mut job = Job { tile, assembly, offsets, keep, n_won: 0 };
-    dispatch!(level, simd => job.run(simd));
+    dispatch_wide!(level, simd => job.run(simd));
     job.n_won
 }
 
@@ -172,7 +168,15 @@ impl<const N: usize> Job<'_, '_, N> {
         let (width, height) = (end_x - start_x, end_y - start_y);
         let mut todo = 0xffu64 >> (8 - n);
         let small = width.max(height).simd_le(SMALL).to_bitmask() & todo;
-        if self.keep.is_none() && small & small.wrapping_sub(1) != 0 {
+        let corners = Corners8 {
+            area,
+            corner: [ax, ay],
+            drop: [edges[0].drop, edges[1].drop, edges[2].drop],
+            run: [edges[0].run, edges[1].run, edges[2].run],
+            depth: &depth,
+        };
+        let planes = corners.planes(simd);
+        if N == 1 && self.keep.is_none() && small & small.wrapping_sub(1) != 0 {
             todo &= !small;
             let small8 = Small {
                 x: start_x,
@@ -180,15 +184,13 @@ impl<const N: usize> Job<'_, '_, N> {
                 width,
                 height,
                 value: [edges[0].value, edges[1].value, edges[2].value],
-                rest: [edges[0].rest, edges[1].rest, edges[2].rest],
-                left: [edges[0].drop, edges[1].drop, edges[2].drop],
-                down: [edges[0].run, edges[1].run, edges[2].run],
-                area,
-                corner: [ax, ay],
+                left: corners.drop,
+                down: corners.run,
+                planes,
                 depth: &depth,
                 id: &id,
             };
-            self.n_won += u64::from(small8.fill(simd, self.tile, &self.offsets, small));
+            self.n_won += u64::from(small8.fill(simd, self.tile, small));
         }
         if todo == 0 {
             return;
@@ -200,36 +202,59 @@ impl<const N: usize> Job<'_, '_, N> {
             rest: [edges[0].rest.into(), edges[1].rest.into(), edges[2].rest.into()],
             left: [edges[0].drop.into(), edges[1].drop.into(), edges[2].drop.into()],
             down: [edges[0].run.into(), edges[1].run.into(), edges[2].run.into()],
-            area: area.into(),
-            corner: [ax.into(), ay.into()],
+            pairs: [edges[0].pair().into(), edges[1].pair().into(), edges[2].pair().into()],
+            planes: Planes8::new(simd, planes),
         };
         while todo != 0 {
             let lane = todo.trailing_zeros() as usize;
             todo &= todo - 1;
             let depth = [depth[0][lane], depth[1][lane], depth[2][lane]];
-            let nearest = depth[0].max(depth[1]).max(depth[2]);
-            let key = reversed_key(nearest as f32);
-            if self.tile.blocks_hide::<_, WORTH_A_LOOK>(simd, eight.rect(lane), key) {
-                continue;
+            let is_small = N > 1 && small >> lane & 1 != 0;
+            if !is_small {
+                let nearest = depth[0].max(depth[1]).max(depth[2]);
+                let key = reversed_key(nearest as f32);
+                if self.tile.blocks_hide::<_, WORTH_A_LOOK>(simd, eight.rect(lane), key) {
+                    continue;
+                }
             }
             let triangle = eight.triangle(lane, id[lane], depth);
             let keep = self.keep.as_deref_mut();
-            let won = fill(simd, self.tile, &triangle, &self.offsets, keep);
+            let won = match N {
+                1 => fill(simd, self.tile, &triangle, keep),
+                _ => {
+                    let pairs = lane_of(&eight.pairs, lane);
+                    let values = Values::of_short::<N>(simd, &triangle, pairs);
+                    patch::fill::<S, N>(simd, self.tile, &triangle, values, keep)
+                }
+            };
             self.n_won += u64::from(won);
         }
     }
 
     #[inline(always)]
     fn screen_triangle<S: Simd>(&mut self, simd: S, triangle: &ScreenTriangle) {
-        let keep = self.keep.as_deref_mut();
         let won = match in_tile(self.tile, triangle) {
             Place::Outside => return,
-            Place::Inside(triangle) => fill_blocks(simd, self.tile, &triangle, &self.offsets, keep),
+            Place::Inside(triangle) => self.blocks(simd, &triangle),
             Place::TooLarge(rect) => {
+                let keep = self.keep.as_deref_mut();
                 fill_plain::<ReversedF32, BITS>(self.tile, triangle, rect, keep)
             }
         };
         self.n_won += u64::from(won);
+    }
+
+    /// A triangle that may fill blocks.
+    #[inline(always)]
+    fn blocks<S: Simd>(&mut self, simd: S, triangle: &TileTriangle) -> u32 {
+        let keep = self.keep.as_deref_mut();
+        let (tile, offsets) = (&mut *self.tile, &self.offsets);
+        if N == 1 {
+            fill_blocks::<_, fill::Column<S>, N>(simd, tile, triangle, offsets, &(), keep)
+        } else {
+            let values = Values::new(simd, triangle, offsets);
+            fill_blocks::<_, patch::Column<S, N>, N>(simd, tile, triangle, offsets, &values, keep)
+        }
     }
 }
 
@@ -239,6 +264,14 @@ struct Edge8<S: Simd> {
     rest: i32x8<S>,
     run: i32x8<S>,
     drop: i32x8<S>,
+}
+
+impl<S: Simd> Edge8<S> {
+    /// What [`Values::of_short`] takes.
+    #[inline(always)]
+    fn pair(&self) -> i32x8<S> {
+        self.run & 0xffff | -self.drop << 16
+    }
 }
 
 /// Values at `(px, py)`; the rule is that of [`crate::cover`].
@@ -267,8 +300,8 @@ struct Eight {
     rest: [[i32; 8]; 3],
     left: [[i32; 8]; 3],
     down: [[i32; 8]; 3],
-    area: [i32; 8],
-    corner: [[i32; 8]; 2],
+    pairs: [[i32; 8]; 3],
+    planes: Planes8,
 }
 
 impl Eight {
@@ -284,23 +317,14 @@ impl Eight {
     /// The triangle in `lane`, with the depth of its corners.
     #[inline(always)]
     fn triangle(&self, lane: usize, id: u32, depth: [f64; 3]) -> TileTriangle {
-        let (left, down) = (lane_of(&self.left, lane), lane_of(&self.down, lane));
-        let area = self.area[lane];
-        let corner = [i64::from(self.corner[0][lane]), i64::from(self.corner[1][lane])];
         TileTriangle {
             id,
             rect: self.rect(lane),
             value: lane_of(&self.value, lane),
             rest: lane_of(&self.rest, lane),
-            left,
-            down,
-            depth: depth_plane(
-                depth,
-                [left[0].into(), left[1].into(), left[2].into()],
-                [down[0].into(), down[1].into(), down[2].into()],
-                f64::from(area),
-                corner,
-            ),
+            left: lane_of(&self.left, lane),
+            down: lane_of(&self.down, lane),
+            depth: self.planes.of(lane, depth),
         }
     }
 }
@@ -332,16 +356,6 @@ fn depth_plane(
         low: least(least(a, b), c),
         high: greatest(greatest(a, b), c),
     }
-}
-
-#[inline(always)]
-fn least(a: f64, b: f64) -> f64 {
-    if b < a { b } else { a }
-}
-
-#[inline(always)]
-fn greatest(a: f64, b: f64) -> f64 {
-    if b > a { b } else { a }
 }
 
 /// The pixels of a tile, along one axis, whose samples may lie between corners.
@@ -602,7 +616,7 @@ mod tests {
         let starts = || (0..SIZE).step_by(side);
         for (left, top) in starts().flat_map(|y| starts().map(move |x| (x, y))) {
             tile.begin([left, top], side, samples);
-            draw(level, &mut tile, &assembly, None);
+            draw(&mut tile, &assembly, None);
             for (sample, plane) in planes.iter().enumerate() {
                 let (rows, columns) = (
                     (side as u32).min(SIZE - top) as usize,
@@ -612,7 +626,7 @@ mod tests {
                     let start = (top as usize + row) * SIZE as usize + left as usize;
                     let want = &plane[start..start + columns];
                     let (keys, ids) = (tile.keys(sample, row), tile.ids(sample, row));
-                    let got = keys.iter().zip(ids).map(|(key, id)| (*key, *id));
+                    let got = keys.zip(ids);
                     let got: Vec<_> = got.take(columns).collect();
                     assert_eq!(got, want, "{level:?} {:?} {left} {top} {row}", case.object);
                     shown += got.iter().filter(|(key, _)| *key != 0).count();
@@ -667,9 +681,9 @@ mod tests {
             let (mut tile, mut assembly) = (TileBuffer::default(), Assembly::default());
             assembly.assemble(level, &cluster, &Object { samples, ..object });
             tile.begin([64, 64], 64, samples);
-            let n_won = draw(level, &mut tile, &assembly, None);
+            let n_won = draw(&mut tile, &assembly, None);
             assert_eq!(n_won, 64 * 64 * samples.count() as u64, "{samples:?}");
-            assert!((0..64).all(|row| tile.ids(0, row).iter().all(|&id| id == 1004)));
+            assert!((0..64).all(|row| tile.ids(0, row).all(|id| id == 1004)));
         }
     }
 
@@ -689,13 +703,13 @@ mod tests {
                 let kept = (0..8).filter(|lane| ((x / 16 + lane) + y / 16) % 2 == 0);
                 kept.map(|lane| 1 << lane).sum()
             };
-            draw(level, &mut tile, &assembly, Some(keep));
+            draw(&mut tile, &assembly, Some(keep));
             for (sample, row) in (0..4).flat_map(|sample| (0..64).map(move |row| (sample, row))) {
-                for (column, &id) in tile.ids(sample, row).iter().enumerate() {
+                for (column, id) in tile.ids(sample, row).enumerate() {
                     assert!(id == crate::NO_TRIANGLE || (column + row) % 2 == 0);
                 }
             }
-            let rows = (0..64).flat_map(|row| tile.ids(3, row).to_vec());
+            let rows = (0..64).flat_map(|row| tile.ids(3, row));
             pictures.push(rows.collect::<Vec<_>>());
         }
         assert!(pictures[0].iter().any(|&id| id != crate::NO_TRIANGLE));

@@ -67,24 +67,55 @@ impl TileDepth {
 /// those that have.
 pub type KeepSample<'k> = dyn FnMut(u32, [i32; 2], u64) -> u64 + 'k;
 
-/// Draws; `offsets` are the tile's. Returns how many samples were won.
+/// Eight columns of pixels, in some grid of samples.
+pub(crate) trait Columns<S: Simd> {
+    /// What all columns of a triangle share.
+    type Setup;
+
+    /// From column `x` on.
+    fn at(
+        simd: S,
+        tile: &TileBuffer,
+        triangle: &TileTriangle,
+        setup: &Self::Setup,
+        x: usize,
+    ) -> Self;
+
+    /// Draws some rows; returns how many samples were won. Without `PARTLY` all samples are covered, and
+    /// their depths need no clamp.
+    fn rows<const PARTLY: bool>(
+        &self,
+        simd: S,
+        tile: &mut TileBuffer,
+        triangle: &TileTriangle,
+        rows: [usize; 2],
+        keep: Option<&mut KeepSample<'_>>,
+    ) -> u32;
+
+    /// [`Columns::rows`] where all samples are covered and nearer than what is there.
+    fn rows_in_front(
+        &self,
+        simd: S,
+        tile: &mut TileBuffer,
+        triangle: &TileTriangle,
+        rows: [usize; 2],
+    ) -> u32;
+}
+
+/// Draws a triangle that does not fill blocks, one sample a pixel. Returns how many were won.
 #[inline(always)]
-pub(crate) fn fill<S: Simd, const N: usize>(
+pub(crate) fn fill<S: Simd>(
     simd: S,
     tile: &mut TileBuffer,
     triangle: &TileTriangle,
-    offsets: &[Offset; N],
     mut keep: Option<&mut KeepSample<'_>>,
 ) -> u32 {
     let TileTriangle { rect, .. } = *triangle;
     let mut written = 0;
     let mut x = rect.x[0];
     while x < rect.x[1] {
-        let column = Column::new(simd, tile, triangle, offsets, x);
-        written += match keep.as_deref_mut() {
-            None => column.rows::<true, false>(simd, tile, triangle, rect.y, None),
-            keep => column.rows::<true, true>(simd, tile, triangle, rect.y, keep),
-        };
+        let column = Column::at(simd, tile, triangle, &(), x);
+        written += column.rows::<true>(simd, tile, triangle, rect.y, keep.as_deref_mut());
         x += 8;
     }
     if written > 0 {
@@ -93,13 +124,14 @@ pub(crate) fn fill<S: Simd, const N: usize>(
     written
 }
 
-/// [`fill`] for triangles that fill whole blocks.
+/// [`fill`] for triangles that fill whole blocks, in any grid; `offsets` are the tile's.
 #[inline(always)]
-pub(crate) fn fill_blocks<S: Simd, const N: usize>(
+pub(crate) fn fill_blocks<S: Simd, C: Columns<S>, const N: usize>(
     simd: S,
     tile: &mut TileBuffer,
     triangle: &TileTriangle,
     offsets: &[Offset; N],
+    setup: &C::Setup,
     mut keep: Option<&mut KeepSample<'_>>,
 ) -> u32 {
     let TileTriangle { rect, .. } = *triangle;
@@ -109,17 +141,19 @@ pub(crate) fn fill_blocks<S: Simd, const N: usize>(
     if tile.hides_wide(simd, rect, triangle.depth.clamped(nearest)) {
         return 0;
     }
+    let edges = BlockEdges::new(triangle, offsets);
     let mut written = 0;
     let mut x = rect.x[0] / BLOCK * BLOCK;
     while x < rect.x[1] {
-        let column = Column::new(simd, tile, triangle, offsets, x);
+        let column = C::at(simd, tile, triangle, setup, x);
+        let across = edges.across(triangle, x);
         let ways = range.columns([x, x + 8]);
         let mut y = rect.y[0];
         while y < rect.y[1] {
             let end = (y / BLOCK * BLOCK + BLOCK).min(rect.y[1]);
             let rows = [y, end];
             y = end;
-            if column.misses(triangle, rows) {
+            if across.misses(triangle, rows) {
                 continue;
             }
             let block = rows[0] / BLOCK * per_row + x / BLOCK;
@@ -129,28 +163,109 @@ pub(crate) fn fill_blocks<S: Simd, const N: usize>(
                 continue;
             }
             let is_whole =
-                column.fills(triangle, rows) && triangle.depth.needs_no_clamp(farthest, nearest);
+                across.fills(triangle, rows) && triangle.depth.needs_no_clamp(farthest, nearest);
             if is_whole && keep.is_none() {
                 let farthest_key = triangle.depth.clamped(farthest);
                 written += match tile.block_is_behind(block, farthest_key) {
                     true => column.rows_in_front(simd, tile, triangle, rows),
-                    false => column.rows::<false, false>(simd, tile, triangle, rows, None),
+                    false => column.rows::<false>(simd, tile, triangle, rows, None),
                 };
                 if rows[1] - rows[0] == BLOCK {
                     tile.cover_block(block, [farthest_key, nearest_key]);
                     continue;
                 }
             } else {
-                written += match keep.as_deref_mut() {
-                    None => column.rows::<true, false>(simd, tile, triangle, rows, None),
-                    keep => column.rows::<true, true>(simd, tile, triangle, rows, keep),
-                };
+                let keep = keep.as_deref_mut();
+                written += column.rows::<true>(simd, tile, triangle, rows, keep);
             }
             tile.touch(TileRect { x: [x, x + 1], y: rows }, nearest_key);
         }
         x += 8;
     }
     written
+}
+
+/// How far samples reach beyond the centres of their pixels, in edge values.
+struct BlockEdges {
+    /// The least and the most that any sample adds to the value of each edge.
+    least: [i32; 3],
+    most: [i32; 3],
+}
+
+impl BlockEdges {
+    #[inline(always)]
+    fn new<const N: usize>(
+        TileTriangle { rest, left, down, .. }: &TileTriangle,
+        offsets: &[Offset; N],
+    ) -> Self {
+        let (mut least, mut most) = ([i32::MAX; 3], [i32::MIN; 3]);
+        for edge in 0..3 {
+            for offset in offsets {
+                let shift = shift(rest[edge], left[edge], down[edge], *offset);
+                least[edge] = least[edge].min(shift);
+                most[edge] = most[edge].max(shift);
+            }
+        }
+        BlockEdges { least, most }
+    }
+
+    /// In eight columns from `x` on.
+    #[inline(always)]
+    fn across(&self, TileTriangle { rect, value, left, .. }: &TileTriangle, x: usize) -> Across {
+        let way = x as i32 - rect.x[0] as i32;
+        let mut across = Across { least: self.least, most: self.most };
+        for edge in 0..3 {
+            let first = value[edge] - left[edge] * way;
+            let last = first - left[edge] * 7;
+            across.least[edge] += first.min(last);
+            across.most[edge] += first.max(last);
+        }
+        across
+    }
+}
+
+/// The least and the greatest edge values in eight columns, in the first row of a triangle.
+struct Across {
+    least: [i32; 3],
+    most: [i32; 3],
+}
+
+impl Across {
+    /// Whether no sample of some rows is inside all edges.
+    #[inline(always)]
+    #[expect(clippy::needless_range_loop, reason = "iterators beside vectors may become calls")]
+    fn misses(&self, TileTriangle { rect, down, .. }: &TileTriangle, rows: [usize; 2]) -> bool {
+        for edge in 0..3 {
+            let row = if down[edge] > 0 { rows[1] - 1 } else { rows[0] };
+            let way = down[edge] * (row - rect.y[0]) as i32;
+            if self.most[edge] + way < 0 {
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Whether all samples of some rows are inside all edges.
+    #[inline(always)]
+    #[expect(clippy::needless_range_loop, reason = "iterators beside vectors may become calls")]
+    fn fills(&self, TileTriangle { rect, down, .. }: &TileTriangle, rows: [usize; 2]) -> bool {
+        for edge in 0..3 {
+            let row = if down[edge] < 0 { rows[1] - 1 } else { rows[0] };
+            let way = down[edge] * (row - rect.y[0]) as i32;
+            if self.least[edge] + way < 0 {
+                return false;
+            }
+        }
+        true
+    }
+}
+
+/// What a sample away from the centre of its pixel adds to the value of an edge.
+#[inline(always)]
+pub(crate) fn shift(rest: i32, left: i32, down: i32, [x, y]: Offset) -> i32 {
+    // Per pixel `left` units of 256; per sixteenth sixteen of them.
+    let way = (down as i64 * y as i64 - left as i64 * x as i64) * 16;
+    ((rest as i64 + way) >> 8) as i32
 }
 
 /// The least and the greatest depth, before clamping, that a triangle's plane can have in parts of a tile:
@@ -192,31 +307,22 @@ impl Range {
     }
 }
 
-/// Eight columns of pixels.
-struct Column<S: Simd, const N: usize> {
+/// Eight columns of pixels with one sample each.
+pub(crate) struct Column<S: Simd> {
     /// First column in the tile.
     x: usize,
     /// Edge values in the first row of the triangle.
     values: [i32x8<S>; 3],
-    /// What each sample adds to them.
-    shifts: [[i32; 3]; N],
-    /// Depth that the way from the plane's origin along x adds, by sample.
-    depths: [[f64x4<S>; 2]; N],
-    offsets: [Offset; N],
-    /// Row of the values.
-    first_row: usize,
+    /// Depth that the way from the plane's origin along x adds.
+    way: [f64x4<S>; 2],
 }
 
-impl<S: Simd, const N: usize> Column<S, N> {
+impl<S: Simd> Columns<S> for Column<S> {
+    type Setup = ();
+
     #[inline(always)]
-    fn new(
-        simd: S,
-        tile: &TileBuffer,
-        triangle: &TileTriangle,
-        offsets: &[Offset; N],
-        x: usize,
-    ) -> Self {
-        let TileTriangle { rect, value, rest, left, down, depth, .. } = triangle;
+    fn at(simd: S, tile: &TileBuffer, triangle: &TileTriangle, _: &(), x: usize) -> Self {
+        let TileTriangle { rect, value, left, depth, .. } = triangle;
         let lanes =
             i32x8::simd_from(simd, [0, 1, 2, 3, 4, 5, 6, 7]) + (x as i32 - rect.x[0] as i32);
         let values = [
@@ -227,66 +333,56 @@ impl<S: Simd, const N: usize> Column<S, N> {
         let at = f64::from(tile.origin()[0] + x as i32);
         let low = f64x4::simd_from(simd, [at, at + 1.0, at + 2.0, at + 3.0]);
         let high = low + 4.0;
-        let mut shifts = [[0; 3]; N];
-        let mut depths = [[low; 2]; N];
-        for sample in 0..N {
-            let [sx, sy] = offsets[sample];
-            for edge in 0..3 {
-                // Per pixel `left` units of 256; per sixteenth sixteen of them.
-                let shift = (down[edge] as i64 * sy as i64 - left[edge] as i64 * sx as i64) * 16;
-                shifts[sample][edge] = ((rest[edge] as i64 + shift) >> 8) as i32;
-            }
-            let sx = f64::from(sx) * (1.0 / 16.0);
-            depths[sample] = [
-                (low + sx - depth.origin[0]) * depth.ddx,
-                (high + sx - depth.origin[0]) * depth.ddx,
-            ];
-        }
-        Column { x, values, shifts, depths, offsets: *offsets, first_row: rect.y[0] }
+        let way = [(low - depth.origin[0]) * depth.ddx, (high - depth.origin[0]) * depth.ddx];
+        Column { x, values, way }
     }
 
-    /// Whether no sample of some rows is inside all edges.
     #[inline(always)]
-    fn misses(&self, triangle: &TileTriangle, rows: [usize; 2]) -> bool {
-        for edge in 0..3 {
-            let (left, down) = (triangle.left[edge], triangle.down[edge]);
-            let row = if down > 0 { rows[1] - 1 } else { rows[0] };
-            let lane = if left < 0 { 7 } else { 0 };
-            let mut shift = self.shifts[0][edge];
-            for sample in 1..N {
-                shift = shift.max(self.shifts[sample][edge]);
-            }
-            let way = down * (row - self.first_row) as i32;
-            if self.values[edge][lane] + way + shift < 0 {
-                return true;
-            }
+    fn rows<const PARTLY: bool>(
+        &self,
+        simd: S,
+        tile: &mut TileBuffer,
+        triangle: &TileTriangle,
+        rows: [usize; 2],
+        keep: Option<&mut KeepSample<'_>>,
+    ) -> u32 {
+        match keep {
+            None => self.draw::<PARTLY, false>(simd, tile, triangle, rows, None),
+            keep => self.draw::<PARTLY, true>(simd, tile, triangle, rows, keep),
         }
-        false
     }
 
-    /// Whether all samples of some rows are inside all edges.
     #[inline(always)]
-    fn fills(&self, triangle: &TileTriangle, rows: [usize; 2]) -> bool {
-        for edge in 0..3 {
-            let (left, down) = (triangle.left[edge], triangle.down[edge]);
-            let row = if down < 0 { rows[1] - 1 } else { rows[0] };
-            let lane = if left > 0 { 7 } else { 0 };
-            let mut shift = self.shifts[0][edge];
-            for sample in 1..N {
-                shift = shift.min(self.shifts[sample][edge]);
-            }
-            let way = down * (row - self.first_row) as i32;
-            if self.values[edge][lane] + way + shift < 0 {
-                return false;
-            }
+    fn rows_in_front(
+        &self,
+        simd: S,
+        tile: &mut TileBuffer,
+        triangle: &TileTriangle,
+        rows: [usize; 2],
+    ) -> u32 {
+        let TileTriangle { depth, .. } = triangle;
+        let (stride, [_, top]) = (tile.stride(), tile.origin());
+        let start = rows[0] * stride + self.x;
+        let keys = &mut tile.keys[tile.starts[0] + start..];
+        let ids = &mut tile.ids[tile.starts[1] + start..];
+        let id = u32x8::splat(simd, triangle.id);
+        let mut y = f64::from(top + rows[0] as i32);
+        for row in 0..rows[1] - rows[0] {
+            let in_row = depth.depth + depth.ddy * (y - depth.origin[1]);
+            let [near, far] = self.way;
+            let key: i32x8<S> = ((near + in_row).narrow(far + in_row) + 0.0).bitcast();
+            key.store_slice(eight(&mut keys[row * stride..]));
+            id.store_slice(eight(&mut ids[row * stride..]));
+            y += 1.0;
         }
-        true
+        (8 * (rows[1] - rows[0])) as u32
     }
+}
 
-    /// Draws some rows; returns how many samples were won. Without `PARTLY` all samples are covered, and
-    /// their depths need no clamp; with `KEEPS` there is a `keep` to be asked.
+impl<S: Simd> Column<S> {
+    /// [`Columns::rows`]; with `KEEPS` there is a `keep` to be asked.
     #[inline(always)]
-    fn rows<const PARTLY: bool, const KEEPS: bool>(
+    fn draw<const PARTLY: bool, const KEEPS: bool>(
         &self,
         simd: S,
         tile: &mut TileBuffer,
@@ -294,108 +390,56 @@ impl<S: Simd, const N: usize> Column<S, N> {
         rows: [usize; 2],
         mut keep: Option<&mut KeepSample<'_>>,
     ) -> u32 {
-        let rows = if PARTLY && N > 1 { self.rows_met(simd, triangle, rows) } else { rows };
         let mut values = self.values;
         if PARTLY {
-            values = self.values_at(triangle, rows[0]);
+            let (down, way) = (triangle.down, rows[0] as i32 - triangle.rect.y[0] as i32);
+            let [a, b, c] = values;
+            values = [a + down[0] * way, b + down[1] * way, c + down[2] * way];
         }
-        let (stride, plane, [left, top]) = (tile.stride(), tile.plane(), tile.origin());
+        let (stride, [left, top]) = (tile.stride(), tile.origin());
         assert!(stride >= 8);
-        let mut written = i32x8::splat(simd, 0);
-        for sample in 0..N {
-            let start = sample * plane + rows[0] * stride + self.x;
-            // As many of both, row after row, so that one comparison ends the loop and serves for all.
-            let n = (rows[1] - rows[0]) * stride;
-            let mut keys = &mut tile.keys[tile.starts[0] + start..][..n];
-            let mut ids = &mut tile.ids[tile.starts[1] + start..][..n];
-            let [a, b, c] = self.shifts[sample];
-            let [_, offset_y] = self.offsets[sample];
-            let y = f64::from(top + rows[0] as i32) + f64::from(offset_y) * (1.0 / 16.0);
-            let mut pixels = Pixels {
-                values: match N {
-                    1 => values,
-                    _ => [values[0] + a, values[1] + b, values[2] + c],
-                },
-                way_y: y - triangle.depth.origin[1],
-                written,
-            };
-            let mut place = [left + self.x as i32, top + rows[0] as i32];
-            while keys.len() >= stride {
-                let (row_keys, other_keys) = keys.split_at_mut(stride);
-                let (row_ids, other_ids) = ids.split_at_mut(stride);
-                self.sample::<PARTLY, KEEPS>(
-                    simd,
-                    triangle,
-                    &mut pixels,
-                    sample,
-                    eight(row_keys),
-                    eight(row_ids),
-                    place,
-                    keep.as_deref_mut(),
-                );
-                pixels.step::<PARTLY>(triangle);
-                place[1] += 1;
-                (keys, ids) = (other_keys, other_ids);
-            }
-            written = pixels.written;
+        let start = rows[0] * stride + self.x;
+        // As many of both, row after row, so that one comparison ends the loop and serves for all.
+        let n = (rows[1] - rows[0]) * stride;
+        let mut keys = &mut tile.keys[tile.starts[0] + start..][..n];
+        let mut ids = &mut tile.ids[tile.starts[1] + start..][..n];
+        let mut pixels = Pixels {
+            values,
+            way_y: f64::from(top + rows[0] as i32) - triangle.depth.origin[1],
+            written: i32x8::splat(simd, 0),
+        };
+        let mut place = [left + self.x as i32, top + rows[0] as i32];
+        while keys.len() >= stride {
+            let (row_keys, other_keys) = keys.split_at_mut(stride);
+            let (row_ids, other_ids) = ids.split_at_mut(stride);
+            self.row::<PARTLY, KEEPS>(
+                simd,
+                triangle,
+                &mut pixels,
+                eight(row_keys),
+                eight(row_ids),
+                place,
+                keep.as_deref_mut(),
+            );
+            pixels.step::<PARTLY>(triangle);
+            place[1] += 1;
+            (keys, ids) = (other_keys, other_ids);
         }
-        written.reduce_sum() as u32
+        pixels.written.reduce_sum() as u32
     }
 
-    /// Edge values at the centres of a row of pixels.
-    #[inline(always)]
-    fn values_at(&self, TileTriangle { down, .. }: &TileTriangle, row: usize) -> [i32x8<S>; 3] {
-        let way = row as i32 - self.first_row as i32;
-        [
-            self.values[0] + down[0] * way,
-            self.values[1] + down[1] * way,
-            self.values[2] + down[2] * way,
-        ]
-    }
-
-    /// Some rows without those at both ends in which no sample can be covered: each edge is where it lies
-    /// for the sample that is farthest inside, so that one look serves for all samples.
-    #[inline(always)]
-    fn rows_met(
-        &self,
-        simd: S,
-        triangle: &TileTriangle,
-        [mut first, mut end]: [usize; 2],
-    ) -> [usize; 2] {
-        let mut reach = self.shifts[0];
-        for sample in 1..N {
-            let [a, b, c] = self.shifts[sample];
-            reach = [reach[0].max(a), reach[1].max(b), reach[2].max(c)];
-        }
-        let down = triangle.down;
-        let [a, b, c] = self.values_at(triangle, first);
-        let mut values = [a + reach[0], b + reach[1], c + reach[2]];
-        while first < end && !any_inside(simd, values) {
-            values = [values[0] + down[0], values[1] + down[1], values[2] + down[2]];
-            first += 1;
-        }
-        let [a, b, c] = self.values_at(triangle, end - 1);
-        let mut values = [a + reach[0], b + reach[1], c + reach[2]];
-        while first < end && !any_inside(simd, values) {
-            values = [values[0] - down[0], values[1] - down[1], values[2] - down[2]];
-            end -= 1;
-        }
-        [first, end]
-    }
-
-    /// One sample of eight pixels: those that the triangle wins become its own. `keys` and `ids` are the
+    /// Eight pixels: those that the triangle wins become its own. `keys` and `ids` are the
     /// pixels', the first of which is at `place` in the picture.
     ///
     /// What is decided stays a sign as long as it can: masks that live on behind a branch are packed and
     /// unpacked.
     #[inline(always)]
     #[expect(clippy::too_many_arguments, reason = "one loop's body")]
-    fn sample<const PARTLY: bool, const KEEPS: bool>(
+    fn row<const PARTLY: bool, const KEEPS: bool>(
         &self,
         simd: S,
         triangle: &TileTriangle,
         pixels: &mut Pixels<S>,
-        sample: usize,
         keys: &mut [i32; 8],
         ids: &mut [u32; 8],
         place: [i32; 2],
@@ -411,7 +455,7 @@ impl<S: Simd, const N: usize> Column<S, N> {
             }
         }
         let in_row = depth.depth + depth.ddy * pixels.way_y;
-        let [near, far] = self.depths[sample];
+        let [near, far] = self.way;
         let mut reversed = (near + in_row).narrow(far + in_row);
         if PARTLY {
             // Rounding keeps the order: it is the same before and after it.
@@ -433,8 +477,7 @@ impl<S: Simd, const N: usize> Column<S, N> {
         let behind = id.simd_ge(old_id).select(minus_one, none);
         let mut wins = (outside | (ahead + behind)).simd_ge(0);
         if KEEPS && let Some(keep) = keep {
-            let [x, y] = self.offsets[sample];
-            let place = [16 * place[0] + 8 + x, 16 * place[1] + 8 + y];
+            let place = [16 * place[0] + 8, 16 * place[1] + 8];
             let bits = wins.to_bitmask();
             let bits = if bits == 0 { 0 } else { keep(triangle.id, place, bits) & bits };
             wins = SimdMask::from_bitmask(simd, bits);
@@ -443,42 +486,11 @@ impl<S: Simd, const N: usize> Column<S, N> {
         wins.select(id, old_id).store_slice(ids);
         pixels.written -= wins.select(minus_one, none);
     }
-
-    /// [`Column::rows`] where all samples are covered and nearer than what is there.
-    #[inline(always)]
-    fn rows_in_front(
-        &self,
-        simd: S,
-        tile: &mut TileBuffer,
-        triangle: &TileTriangle,
-        rows: [usize; 2],
-    ) -> u32 {
-        let TileTriangle { depth, .. } = triangle;
-        let (stride, plane, [_, top]) = (tile.stride(), tile.plane(), tile.origin());
-        let start = rows[0] * stride + self.x;
-        let keys = &mut tile.keys[tile.starts[0] + start..];
-        let ids = &mut tile.ids[tile.starts[1] + start..];
-        let id = u32x8::splat(simd, triangle.id);
-        let mut row_y = f64::from(top + rows[0] as i32);
-        for row in 0..rows[1] - rows[0] {
-            for sample in 0..N {
-                let y = row_y + f64::from(self.offsets[sample][1]) * (1.0 / 16.0);
-                let in_row = depth.depth + depth.ddy * (y - depth.origin[1]);
-                let [near, far] = self.depths[sample];
-                let key: i32x8<S> = ((near + in_row).narrow(far + in_row) + 0.0).bitcast();
-                let at = sample * plane + row * stride;
-                key.store_slice(eight(&mut keys[at..]));
-                id.store_slice(eight(&mut ids[at..]));
-            }
-            row_y += 1.0;
-        }
-        (8 * N * (rows[1] - rows[0])) as u32
-    }
 }
 
-/// A sample of eight neighbouring pixels, row after row.
+/// Eight neighbouring pixels, row after row.
 struct Pixels<S: Simd> {
-    /// Edge values at the samples.
+    /// Edge values at the centres.
     values: [i32x8<S>; 3],
     /// From the origin of the plane of depth down to the samples, px: multiples of 1 / 256, so that sums
     /// are exact.
@@ -505,12 +517,6 @@ pub(crate) fn clamp<S: Simd>(depth: f32x8<S>, low: f32x8<S>, high: f32x8<S>) -> 
     depth.max(low).min(high)
 }
 
-/// Whether one of eight places is inside all three edges.
-#[inline(always)]
-fn any_inside<S: Simd>(_: S, [a, b, c]: [i32x8<S>; 3]) -> bool {
-    (a | b | c).simd_ge(0).any_true()
-}
-
 /// The first eight values.
 #[inline(always)]
 fn eight<T>(list: &mut [T]) -> &mut [T; 8] {
@@ -526,7 +532,7 @@ pub(crate) fn fill_plain<D: DepthFormat, const BITS: u32>(
     mut keep: Option<&mut KeepSample<'_>>,
 ) -> u32 {
     tile.touch(rect, i32::MAX);
-    let (stride, plane) = (tile.stride(), tile.plane());
+    let (stride, n_samples) = (tile.stride(), tile.samples().count());
     let [left, top] = tile.origin().map(i64::from);
     let mut written = 0;
     let centre = Edges::new::<BITS>(triangle, [0, 0]);
@@ -542,7 +548,7 @@ pub(crate) fn fill_plain<D: DepthFormat, const BITS: u32>(
             let (first, last) = edges.row::<BITS>(y).covered(columns[0], columns[1]);
             let in_row = depth.row(y as f64 + y_shift);
             for x in first..last {
-                let at = sample * plane + row * stride + (x - left) as usize;
+                let at = (row * stride + (x - left) as usize) * n_samples + sample;
                 let (key_at, id_at) = (tile.starts[0] + at, tile.starts[1] + at);
                 let key = D::key(D::encode(depth.at(in_row, x as f64 + x_shift)));
                 let old = (tile.keys[key_at], tile.ids[id_at]);

@@ -1,5 +1,5 @@
 //! A cluster assembled and drawn triangle by triangle and sample by sample: what other than the usual
-//! [`Precision`](crate::Precision) takes.
+//! [`Precision`](crate::Precision) takes, and machines without wide registers.
 //!
 //! [`crate::set_up`] decides what is drawn, 64-bit integers what it covers.
 
@@ -13,18 +13,20 @@ use crate::precision::{DepthKind, SubpixelBits};
 use crate::setup::{Placer, ScreenTriangle, SetupCounters, Triangles, Vertex, set_up};
 use crate::tile::{TileBuffer, TileRect};
 
-/// Appends the screen triangles of `cluster` to `out`; `vertices` is scratch.
+/// Appends the screen triangles of `cluster` to `out`, and the ids of those that were clipped to `clipped`;
+/// `vertices` is scratch.
 pub(crate) fn assemble(
     cluster: &Cluster<'_>,
     object: &Object,
     vertices: &mut Vec<Vertex>,
     out: &mut Vec<ScreenTriangle>,
+    clipped: &mut Vec<u32>,
 ) -> SetupCounters {
     match object.precision.subpixel_bits {
-        SubpixelBits::Four => assemble_on::<4>(cluster, object, vertices, out),
-        SubpixelBits::Eight => assemble_on::<8>(cluster, object, vertices, out),
-        SubpixelBits::Twelve => assemble_on::<12>(cluster, object, vertices, out),
-        SubpixelBits::Sixteen => assemble_on::<16>(cluster, object, vertices, out),
+        SubpixelBits::Four => assemble_on::<4>(cluster, object, vertices, out, clipped),
+        SubpixelBits::Eight => assemble_on::<8>(cluster, object, vertices, out, clipped),
+        SubpixelBits::Twelve => assemble_on::<12>(cluster, object, vertices, out, clipped),
+        SubpixelBits::Sixteen => assemble_on::<16>(cluster, object, vertices, out, clipped),
     }
 }
 
@@ -33,6 +35,7 @@ fn assemble_on<const BITS: u32>(
     object: &Object,
     vertices: &mut Vec<Vertex>,
     out: &mut Vec<ScreenTriangle>,
+    clipped: &mut Vec<u32>,
 ) -> SetupCounters {
     let transforms = object.precision.transforms;
     let placer = Placer::<BITS>::with(transforms, object.viewport, object.planes);
@@ -51,7 +54,11 @@ fn assemble_on<const BITS: u32>(
             first_id: object.first_id + id,
             facing: object.facing,
         };
-        counters += set_up(&placer, &input, out);
+        let own = set_up(&placer, &input, out);
+        if own.n_clipped > 0 {
+            clipped.push(input.first_id);
+        }
+        counters += own;
     }
     counters
 }

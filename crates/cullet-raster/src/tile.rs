@@ -35,7 +35,7 @@ pub struct TileBuffer {
     samples: Samples,
     /// Where keys and ids begin, for rows to start with a cache line.
     pub(crate) starts: [usize; 2],
-    /// Sample by sample a square of rows, `stride` values each.
+    /// Rows of `stride` pixels, those of each side by side: one value per sample.
     pub(crate) keys: Vec<i32>,
     /// The same.
     pub(crate) ids: Vec<u32>,
@@ -81,10 +81,9 @@ impl TileBuffer {
         if is_alike && n_touched <= n_blocks / 2 {
             self.clear_touched();
         } else {
-            let n = samples.count() * self.plane();
             self.keys.clear();
             // Beyond the last row, what a row from its last column on reaches into.
-            let n = n + self.stride() + LINE;
+            let n = samples.count() * self.stride() * (side + 1) + LINE;
             self.keys.resize(n, 0);
             self.ids.clear();
             self.ids.resize(n, NO_TRIANGLE);
@@ -102,15 +101,14 @@ impl TileBuffer {
     /// Empties the blocks that were written to.
     fn clear_touched(&mut self) {
         let per_row = self.side / BLOCK;
-        let (stride, plane) = (self.stride(), self.plane());
+        let n_samples = self.samples.count();
+        let (stride, width) = (self.stride() * n_samples, BLOCK * n_samples);
         for (block, _) in (0..).zip(&self.blocks).filter(|(_, block)| block.is_touched) {
-            let corner: usize = block / per_row * BLOCK * stride + block % per_row * BLOCK;
-            for sample in 0..self.samples.count() {
-                for row in 0..BLOCK {
-                    let start = corner + sample * plane + row * stride;
-                    self.keys[self.starts[0] + start..][..BLOCK].fill(0);
-                    self.ids[self.starts[1] + start..][..BLOCK].fill(NO_TRIANGLE);
-                }
+            let corner: usize = block / per_row * BLOCK * stride + block % per_row * width;
+            for row in 0..BLOCK {
+                let start = corner + row * stride;
+                self.keys[self.starts[0] + start..][..width].fill(0);
+                self.ids[self.starts[1] + start..][..width].fill(NO_TRIANGLE);
             }
         }
     }
@@ -135,46 +133,45 @@ impl TileBuffer {
         self.samples
     }
 
-    /// Values from a row to the next.
+    /// Pixels from a row to the next.
     pub(crate) fn stride(&self) -> usize {
         self.side + MARGIN
     }
 
-    /// Values from a sample to the next.
-    pub(crate) fn plane(&self) -> usize {
-        self.stride() * self.side
-    }
-
     /// The source triangles of a sample along a row, left to right, or [`NO_TRIANGLE`].
-    pub fn ids(&self, sample: usize, row: usize) -> &[u32] {
-        let start = self.starts[1] + sample * self.plane() + row * self.stride();
-        &self.ids[start..start + self.side]
+    pub fn ids(&self, sample: usize, row: usize) -> impl Iterator<Item = u32> {
+        self.along(&self.ids[self.starts[1]..], sample, row).copied()
     }
 
-    /// [`TileBuffer::ids`] from `column` on, and at least eight beyond the last of the row that mean
-    /// nothing.
-    pub fn ids_and_margin(&self, sample: usize, row: usize, column: usize) -> &[u32] {
-        let start = self.starts[1] + sample * self.plane() + row * self.stride();
-        &self.ids[start + column..start + self.stride()]
-    }
-
-    /// The source triangles of the first sample from a pixel of the tile on, and how many there are in
-    /// a row.
+    /// The source triangles of all samples from a pixel of the tile on, those of a pixel side by side, and how
+    /// many there are from a row to the next. After a row come at least eight pixels that mean nothing.
     pub fn ids_from(&self, [column, row]: [u32; 2]) -> (&[u32], usize) {
-        let start = self.starts[1] + row as usize * self.stride() + column as usize;
-        (&self.ids[start..], self.stride())
+        let n_samples = self.samples.count();
+        let at = row as usize * self.stride() + column as usize;
+        (&self.ids[self.starts[1] + at * n_samples..], self.stride() * n_samples)
     }
 
-    /// The depth keys of the first sample from a pixel of the tile on; as many in a row as there are
-    /// ids.
+    /// Their depth keys, which lie alike.
     pub fn keys_from(&self, [column, row]: [u32; 2]) -> &[i32] {
-        &self.keys[self.starts[0] + row as usize * self.stride() + column as usize..]
+        let at = row as usize * self.stride() + column as usize;
+        &self.keys[self.starts[0] + at * self.samples.count()..]
     }
 
     /// The depth keys of a sample along a row.
-    pub fn keys(&self, sample: usize, row: usize) -> &[i32] {
-        let start = self.starts[0] + sample * self.plane() + row * self.stride();
-        &self.keys[start..start + self.side]
+    pub fn keys(&self, sample: usize, row: usize) -> impl Iterator<Item = i32> {
+        self.along(&self.keys[self.starts[0]..], sample, row).copied()
+    }
+
+    /// What a sample has along a row.
+    fn along<'v, T>(
+        &self,
+        values: &'v [T],
+        sample: usize,
+        row: usize,
+    ) -> impl Iterator<Item = &'v T> + use<'v, T> {
+        let n_samples = self.samples.count();
+        let start = row * self.stride() * n_samples + sample;
+        values[start..].iter().step_by(n_samples).take(self.side)
     }
 
     /// Notes that pixels of `rect` may have been written, with keys no nearer than `nearest`.
@@ -275,13 +272,16 @@ impl TileBuffer {
     fn farthest_of<S: Simd>(&mut self, simd: S, block: usize) -> i32 {
         if self.blocks[block].n_stale > 0 {
             let per_row = self.side / BLOCK;
+            let n_samples = self.samples.count();
             let corner = block / per_row * BLOCK * self.stride() + block % per_row * BLOCK;
             let mut least = i32x8::splat(simd, i32::MAX);
-            for sample in 0..self.samples.count() {
-                for row in 0..BLOCK {
-                    let start =
-                        self.starts[0] + corner + sample * self.plane() + row * self.stride();
-                    least = least.min(i32x8::from_slice(simd, &self.keys[start..start + BLOCK]));
+            for row in 0..BLOCK {
+                let start = self.starts[0] + (corner + row * self.stride()) * n_samples;
+                let keys = &self.keys[start..start + BLOCK * n_samples];
+                let mut i = 0;
+                while i + 8 <= keys.len() {
+                    least = least.min(i32x8::from_slice(simd, &keys[i..i + 8]));
+                    i += 8;
                 }
             }
             let block = &mut self.blocks[block];
@@ -307,11 +307,11 @@ mod tests {
         tile.begin([64, 0], 32, Samples::Two);
         let whole = TileRect { x: [8, 16], y: [0, 8] };
         assert!(!tile.hides(Level::new(), whole, 0));
-        let (stride, plane) = (tile.stride(), tile.plane());
+        let stride = tile.stride();
         for (row, column) in (0..8).flat_map(|row| (8..16).map(move |column| (row, column))) {
-            let at = tile.starts[0] + row * stride + column;
+            let at = tile.starts[0] + 2 * (row * stride + column);
             tile.keys[at] = 50;
-            tile.keys[plane + at] = 40;
+            tile.keys[at + 1] = 40;
         }
         assert!(!tile.hides(Level::new(), whole, 0)); // nobody said that it was written
         tile.touch(whole, 50);

@@ -52,14 +52,13 @@ impl EdgeScratch {
             + self.colors.capacity() * size_of::<Vec4>()
     }
 
-    /// Sorts `width` pixels of a row, the first at `place`, into those of one triangle, which go to `whole`,
-    /// and others. `ids` are those of all samples; they and `whole` go on for eight more.
+    /// Sorts pixels of a row, the first at `place`, into those of one triangle, which go to `whole`, and others.
+    /// `ids` are those of all samples, pixel by pixel; they and `whole` go on for eight pixels more.
     #[inline(always)]
-    #[expect(clippy::needless_range_loop, reason = "iterators beside vectors may become calls")]
     fn row<S: Simd, const N: usize>(
         &mut self,
         simd: S,
-        ids: &[&[u32]; N],
+        ids: &[u32],
         middles: &[Middle],
         place: Place,
         whole: Range<usize>,
@@ -73,23 +72,22 @@ impl EdgeScratch {
         }
         let mut first = 0;
         while first < width {
-            let own = u32x8::from_slice(simd, &ids[0][first..first + 8]);
+            let seen = &ids[first * N..(first + 8) * N];
+            let at = whole.start + first;
+            let whole = &mut self.whole[at..at + 8];
+            let planes = by_sample::<S, N>(simd, seen);
             let mut differs = u32x8::splat(simd, 0);
             for sample in 1..N {
-                differs |= u32x8::from_slice(simd, &ids[sample][first..first + 8]) ^ own;
+                differs |= planes[sample] ^ planes[0];
             }
             let agree = differs.simd_eq(0);
-            let at = whole.start + first;
-            agree.select(own, nothing).store_slice(&mut self.whole[at..at + 8]);
+            agree.select(planes[0], nothing).store_slice(whole);
             let mut edges = !agree.to_bitmask() & 0xff >> (8 - (width - first).min(8));
             while edges != 0 {
-                let at = first + edges.trailing_zeros() as usize;
+                let at = edges.trailing_zeros() as usize % 8;
                 edges &= edges - 1;
-                let mut seen = [0; N];
-                for sample in 0..N {
-                    seen[sample] = ids[sample][at];
-                }
-                self.edge(seen, middles, place.right(at));
+                let seen: &[u32; N] = seen[at * N..].first_chunk().expect("those of a pixel");
+                self.edge(*seen, middles, place.right(first + at));
             }
             first += 8;
         }
@@ -128,28 +126,45 @@ impl EdgeScratch {
     /// [`EdgeScratch::row`] for all rows of a rectangle, whose upper left pixel is at `column`, `row` in
     /// `tile`.
     #[inline(always)]
-    #[expect(clippy::needless_range_loop, reason = "iterators beside vectors may become calls")]
     fn rows<S: Simd, const N: usize>(
         &mut self,
         simd: S,
         tile: &TileBuffer,
         rect: Region,
-        [column, row]: [u32; 2],
+        place: [u32; 2],
         stride: usize,
     ) {
         let middles = middles_of(tile.samples());
         let (width, height) = (rect.width as usize, rect.height as usize);
         // Eights reach into the next row, which is written later.
         self.whole.resize((width * height + 8).max(self.whole.len()), NO_TRIANGLE);
+        let (ids, ids_stride) = tile.ids_from(place);
         for i in 0..height {
-            let mut ids = [&[][..]; N];
-            for sample in 0..N {
-                ids[sample] = tile.ids_and_margin(sample, row as usize + i, column as usize);
-            }
+            let ids = &ids[i * ids_stride..];
             let place = Place { x: rect.x, y: rect.y + i as u32, out: i * stride };
-            self.row::<S, N>(simd, &ids, middles, place, i * width..(i + 1) * width);
+            self.row::<S, N>(simd, ids, middles, place, i * width..(i + 1) * width);
         }
     }
+}
+
+/// The ids of eight pixels, sample by sample. Each round brings values of even places into the first half, so that the
+/// number of the sample, the lowest bits of a place, moves to its highest.
+#[inline(always)]
+fn by_sample<S: Simd, const N: usize>(simd: S, ids: &[u32]) -> [u32x8<S>; N] {
+    let mut all = [u32x8::splat(simd, 0); N];
+    for i in 0..N {
+        all[i] = u32x8::from_slice(simd, &ids[8 * i..8 * i + 8]);
+    }
+    let mut round = 1;
+    while round < N {
+        let before = all;
+        for i in 0..N / 2 {
+            all[i] = before[2 * i].unzip_low(before[2 * i + 1]);
+            all[N / 2 + i] = before[2 * i].unzip_high(before[2 * i + 1]);
+        }
+        round *= 2;
+    }
+    all
 }
 
 /// A pixel of the picture, and where it goes.
@@ -337,6 +352,27 @@ mod tests {
             check([own(0), own(1), own(2), own(3)], Samples::Four);
             check([0, 1, 2, 3, 1, 0, 3, 2].map(own), Samples::Eight);
         }
+    }
+
+    #[test]
+    fn ids_are_sorted_by_sample() {
+        fn check<const N: usize>() {
+            let ids: Vec<u32> = (0..8 * N as u32).collect();
+            for (name, level) in cullet_cull::wide::levels() {
+                let got =
+                    dispatch!(level, simd => by_sample::<_, N>(simd, &ids).map(<[u32; 8]>::from));
+                for (sample, plane) in got.iter().enumerate() {
+                    let want = |pixel: usize| (pixel * N + sample) as u32;
+                    assert!(
+                        (0..8).all(|pixel| plane[pixel] == want(pixel)),
+                        "{name} {N} {plane:?}"
+                    );
+                }
+            }
+        }
+        check::<2>();
+        check::<4>();
+        check::<8>();
     }
 
     #[test]

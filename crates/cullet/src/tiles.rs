@@ -155,9 +155,9 @@ impl TileDrawer<'_> {
                     Cutouts::new(self.scene, cluster.item_idx as usize, &mut *cutouts);
                 let keep: &mut KeepSample<'_> =
                     &mut |id, place, wanted| cutouts.keep(id, place, wanted);
-                draw(level, buffer, assembly, Some(keep))
+                draw(buffer, assembly, Some(keep))
             } else {
-                draw(level, buffer, assembly, None)
+                draw(buffer, assembly, None)
             };
             clipped.extend_from_slice(assembly.clipped());
             if !cluster.drawn.swap(true, Ordering::Relaxed) {
