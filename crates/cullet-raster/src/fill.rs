@@ -1,4 +1,4 @@
-//! Which samples of a tile a triangle wins, eight pixels at a time.
+//! Which samples of a tile a triangle wins, two rows of eight pixels at a time.
 //!
 //! Edge values are divided by the subpixel unit and rounded down: a step of one pixel changes them
 //! by a multiple of it, so their signs, which are all that counts, survive, and 32 bits suffice
@@ -8,7 +8,7 @@
 //! Sources: Pineda 1988, "A Parallel Algorithm for Polygon Rasterization"; Abrash 2009,
 //! "Rasterization on Larrabee"; Greene, Kass & Miller 1993 for the depths of blocks.
 
-use fearless_simd::{Simd, f32x8, f64x4, i32x8, prelude::*, u32x8};
+use fearless_simd::{Simd, f32x8, f32x16, f64x8, i32x8, i32x16, prelude::*, u32x8, u32x16};
 
 use crate::cover::{DepthPlane, Edges};
 use crate::depth::{DepthFormat, reversed_key};
@@ -307,14 +307,14 @@ impl Range {
     }
 }
 
-/// Eight columns of pixels with one sample each.
+/// Eight columns of pixels with one sample each, drawn two rows at a time.
 pub(crate) struct Column<S: Simd> {
     /// First column in the tile.
     x: usize,
-    /// Edge values in the first row of the triangle.
-    values: [i32x8<S>; 3],
+    /// Edge values in the first two rows of the triangle, the upper one first.
+    values: [i32x16<S>; 3],
     /// Depth that the way from the plane's origin along x adds.
-    way: [f64x4<S>; 2],
+    way: f64x8<S>,
 }
 
 impl<S: Simd> Columns<S> for Column<S> {
@@ -322,19 +322,18 @@ impl<S: Simd> Columns<S> for Column<S> {
 
     #[inline(always)]
     fn at(simd: S, tile: &TileBuffer, triangle: &TileTriangle, _: &(), x: usize) -> Self {
-        let TileTriangle { rect, value, left, depth, .. } = triangle;
+        let TileTriangle { rect, depth, .. } = triangle;
         let lanes =
             i32x8::simd_from(simd, [0, 1, 2, 3, 4, 5, 6, 7]) + (x as i32 - rect.x[0] as i32);
         let values = [
-            i32x8::splat(simd, value[0]) - lanes * left[0],
-            i32x8::splat(simd, value[1]) - lanes * left[1],
-            i32x8::splat(simd, value[2]) - lanes * left[2],
+            two_rows(simd, triangle, 0, lanes),
+            two_rows(simd, triangle, 1, lanes),
+            two_rows(simd, triangle, 2, lanes),
         ];
-        let at = f64::from(tile.origin()[0] + x as i32);
-        let low = f64x4::simd_from(simd, [at, at + 1.0, at + 2.0, at + 3.0]);
-        let high = low + 4.0;
-        let way = [(low - depth.origin[0]) * depth.ddx, (high - depth.origin[0]) * depth.ddx];
-        Column { x, values, way }
+        let columns = f64x8::simd_from(simd, [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
+        // Multiples of 1 / 256: exact.
+        let way = columns + (f64::from(tile.origin()[0] + x as i32) - depth.origin[0]);
+        Column { x, values, way: way * depth.ddx }
     }
 
     #[inline(always)]
@@ -368,15 +367,27 @@ impl<S: Simd> Columns<S> for Column<S> {
         let id = u32x8::splat(simd, triangle.id);
         let mut y = f64::from(top + rows[0] as i32);
         for row in 0..rows[1] - rows[0] {
-            let in_row = depth.depth + depth.ddy * (y - depth.origin[1]);
-            let [near, far] = self.way;
-            let key: i32x8<S> = ((near + in_row).narrow(far + in_row) + 0.0).bitcast();
+            let in_row = self.way + (depth.depth + depth.ddy * (y - depth.origin[1]));
+            let (near, far) = in_row.split();
+            let key: i32x8<S> = (near.narrow(far) + 0.0).bitcast();
             key.store_slice(eight(&mut keys[row * stride..]));
             id.store_slice(eight(&mut ids[row * stride..]));
             y += 1.0;
         }
         (8 * (rows[1] - rows[0])) as u32
     }
+}
+
+/// Values of an edge in the first two rows of a triangle, so many columns to the right.
+#[inline(always)]
+fn two_rows<S: Simd>(
+    simd: S,
+    TileTriangle { value, left, down, .. }: &TileTriangle,
+    edge: usize,
+    columns: i32x8<S>,
+) -> i32x16<S> {
+    let upper = i32x8::splat(simd, value[edge]) - columns * left[edge];
+    upper.combine(upper + down[edge])
 }
 
 impl<S: Simd> Column<S> {
@@ -390,125 +401,95 @@ impl<S: Simd> Column<S> {
         rows: [usize; 2],
         mut keep: Option<&mut KeepSample<'_>>,
     ) -> u32 {
+        let TileTriangle { rect, depth, down, .. } = triangle;
         let mut values = self.values;
         if PARTLY {
-            let (down, way) = (triangle.down, rows[0] as i32 - triangle.rect.y[0] as i32);
-            let [a, b, c] = values;
+            let (way, [a, b, c]) = (rows[0] as i32 - rect.y[0] as i32, values);
             values = [a + down[0] * way, b + down[1] * way, c + down[2] * way];
         }
         let (stride, [left, top]) = (tile.stride(), tile.origin());
         assert!(stride >= 8);
         let start = rows[0] * stride + self.x;
-        // As many of both, row after row, so that one comparison ends the loop and serves for all.
-        let n = (rows[1] - rows[0]) * stride;
-        let mut keys = &mut tile.keys[tile.starts[0] + start..][..n];
-        let mut ids = &mut tile.ids[tile.starts[1] + start..][..n];
-        let mut pixels = Pixels {
-            values,
-            way_y: f64::from(top + rows[0] as i32) - triangle.depth.origin[1],
-            written: i32x8::splat(simd, 0),
-        };
-        let mut place = [left + self.x as i32, top + rows[0] as i32];
-        while keys.len() >= stride {
-            let (row_keys, other_keys) = keys.split_at_mut(stride);
-            let (row_ids, other_ids) = ids.split_at_mut(stride);
-            self.row::<PARTLY, KEEPS>(
-                simd,
-                triangle,
-                &mut pixels,
-                eight(row_keys),
-                eight(row_ids),
-                place,
-                keep.as_deref_mut(),
-            );
-            pixels.step::<PARTLY>(triangle);
-            place[1] += 1;
+        // As many of both, row after row, so that one comparison ends the loop and serves for all. Below the last
+        // row of a tile there is room for another.
+        let n_pairs = (rows[1] - rows[0]).div_ceil(2);
+        let mut keys = &mut tile.keys[tile.starts[0] + start..][..2 * n_pairs * stride];
+        let mut ids = &mut tile.ids[tile.starts[1] + start..][..2 * n_pairs * stride];
+        let mut way_y = f64::from(top + rows[0] as i32) - depth.origin[1];
+        let mut row = rows[0];
+        let mut written = 0;
+        let (none, minus_one) = (i32x16::splat(simd, 0), i32x16::splat(simd, -1));
+        while keys.len() >= 2 * stride {
+            let (key_rows, other_keys) = keys.split_at_mut(2 * stride);
+            let (id_rows, other_ids) = ids.split_at_mut(2 * stride);
             (keys, ids) = (other_keys, other_ids);
-        }
-        pixels.written.reduce_sum() as u32
-    }
-
-    /// Eight pixels: those that the triangle wins become its own. `keys` and `ids` are the
-    /// pixels', the first of which is at `place` in the picture.
-    ///
-    /// What is decided stays a sign as long as it can: masks that live on behind a branch are packed and
-    /// unpacked.
-    #[inline(always)]
-    #[expect(clippy::too_many_arguments, reason = "one loop's body")]
-    fn row<const PARTLY: bool, const KEEPS: bool>(
-        &self,
-        simd: S,
-        triangle: &TileTriangle,
-        pixels: &mut Pixels<S>,
-        keys: &mut [i32; 8],
-        ids: &mut [u32; 8],
-        place: [i32; 2],
-        keep: Option<&mut KeepSample<'_>>,
-    ) {
-        let depth = &triangle.depth;
-        let mut outside = i32x8::splat(simd, 0);
-        if PARTLY {
-            let [a, b, c] = pixels.values;
-            outside = a | b | c;
-            if !outside.simd_ge(0).any_true() {
-                return;
+            let mut outside = none;
+            if PARTLY {
+                let [a, b, c] = values;
+                outside = a | b | c;
             }
+            if row + 1 == rows[1] {
+                outside |= i32x8::splat(simd, 0).combine(i32x8::splat(simd, -1));
+            }
+            if !PARTLY || outside.simd_ge(0).any_true() {
+                let (upper_keys, lower_keys) = key_rows.split_at_mut(stride);
+                let (upper_ids, lower_ids) = id_rows.split_at_mut(stride);
+                let (upper_keys, lower_keys) = (eight(upper_keys), eight(lower_keys));
+                let (upper_ids, lower_ids) = (eight(upper_ids), eight(lower_ids));
+                let upper = self.way + (depth.depth + depth.ddy * way_y);
+                let lower = self.way + (depth.depth + depth.ddy * (way_y + 1.0));
+                let mut reversed = upper.narrow(lower);
+                if PARTLY {
+                    // Rounding keeps the order: it is the same before and after it.
+                    let (low, high) = (depth.low as f32, depth.high as f32);
+                    let (low, high) = (f32x16::splat(simd, low), f32x16::splat(simd, high));
+                    reversed = reversed.max(low).min(high);
+                }
+                // The sum has no negative zero; bits of floats from 0 on are in their order.
+                let key: i32x16<S> = (reversed + 0.0).bitcast();
+                let old_key = i32x8::simd_from(simd, *upper_keys)
+                    .combine(i32x8::simd_from(simd, *lower_keys));
+                let old_id =
+                    u32x8::simd_from(simd, *upper_ids).combine(u32x8::simd_from(simd, *lower_ids));
+                let id = u32x16::splat(simd, triangle.id);
+                // Neither key is negative. Where they are equal, the higher id is behind by one.
+                let behind = id.simd_ge(old_id).select(minus_one, none);
+                let mut wins = (outside | (key - old_key + behind)).simd_ge(0);
+                if KEEPS && let Some(keep) = keep.as_deref_mut() {
+                    let place = [16 * (left + self.x as i32) + 8, 16 * (top + row as i32) + 8];
+                    let bits = kept(wins.to_bitmask(), place, triangle.id, keep);
+                    wins = SimdMask::from_bitmask(simd, bits);
+                }
+                let (upper, lower) = wins.select(key, old_key).split();
+                upper.store_slice(upper_keys);
+                lower.store_slice(lower_keys);
+                let (upper, lower) = wins.select(id, old_id).split();
+                upper.store_slice(upper_ids);
+                lower.store_slice(lower_ids);
+                written += wins.to_bitmask().count_ones();
+            }
+            if PARTLY {
+                let [a, b, c] = values;
+                values = [a + down[0] * 2, b + down[1] * 2, c + down[2] * 2];
+            }
+            way_y += 2.0;
+            row += 2;
         }
-        let in_row = depth.depth + depth.ddy * pixels.way_y;
-        let [near, far] = self.way;
-        let mut reversed = (near + in_row).narrow(far + in_row);
-        if PARTLY {
-            // Rounding keeps the order: it is the same before and after it.
-            let (low, high) = (depth.low as f32, depth.high as f32);
-            reversed = clamp(reversed, f32x8::splat(simd, low), f32x8::splat(simd, high));
-        }
-        // The sum has no negative zero; bits of floats from 0 on are in their order.
-        let key: i32x8<S> = (reversed + 0.0).bitcast();
-        let old_key = i32x8::simd_from(simd, *keys);
-        // Neither is negative.
-        let ahead = key - old_key;
-        if !(outside | ahead).simd_ge(0).any_true() {
-            return;
-        }
-        let (id, old_id) = (u32x8::splat(simd, triangle.id), u32x8::simd_from(simd, *ids));
-        // A mask's own bits are -1 and 0.
-        let (none, minus_one) = (i32x8::splat(simd, 0), i32x8::splat(simd, -1));
-        // Where keys are equal, the higher id is behind by one.
-        let behind = id.simd_ge(old_id).select(minus_one, none);
-        let mut wins = (outside | (ahead + behind)).simd_ge(0);
-        if KEEPS && let Some(keep) = keep {
-            let place = [16 * place[0] + 8, 16 * place[1] + 8];
-            let bits = wins.to_bitmask();
-            let bits = if bits == 0 { 0 } else { keep(triangle.id, place, bits) & bits };
-            wins = SimdMask::from_bitmask(simd, bits);
-        }
-        wins.select(key, old_key).store_slice(keys);
-        wins.select(id, old_id).store_slice(ids);
-        pixels.written -= wins.select(minus_one, none);
+        written
     }
 }
 
-/// Eight neighbouring pixels, row after row.
-struct Pixels<S: Simd> {
-    /// Edge values at the centres.
-    values: [i32x8<S>; 3],
-    /// From the origin of the plane of depth down to the samples, px: multiples of 1 / 256, so that sums
-    /// are exact.
-    way_y: f64,
-    /// How many samples were won, by lane.
-    written: i32x8<S>,
-}
-
-impl<S: Simd> Pixels<S> {
-    /// To the row below.
-    #[inline(always)]
-    fn step<const PARTLY: bool>(&mut self, TileTriangle { down, .. }: &TileTriangle) {
-        if PARTLY {
-            let [a, b, c] = self.values;
-            self.values = [a + down[0], b + down[1], c + down[2]];
+/// Which of two rows of eight pixels have matter; the first is at `place`.
+#[inline(always)]
+fn kept(bits: u64, [x, y]: [i32; 2], id: u32, keep: &mut KeepSample<'_>) -> u64 {
+    let mut all = 0;
+    for row in 0..2 {
+        let asked = bits >> (8 * row) & 0xff;
+        if asked != 0 {
+            all |= (keep(id, [x, y + 16 * row], asked) & asked) << (8 * row);
         }
-        self.way_y += 1.0;
     }
+    all
 }
 
 /// None of the three is NaN, and negative zeros are lost later: all instruction sets agree on maxima.

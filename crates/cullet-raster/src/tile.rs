@@ -82,8 +82,9 @@ impl TileBuffer {
             self.clear_touched();
         } else {
             self.keys.clear();
-            // Beyond the last row, what a row from its last column on reaches into.
-            let n = samples.count() * self.stride() * (side + 1) + LINE;
+            // Beyond the last row, another, for rows are drawn two at a time, and what that reaches into from its
+            // last column on.
+            let n = samples.count() * self.stride() * (side + 2) + LINE;
             self.keys.resize(n, 0);
             self.ids.clear();
             self.ids.resize(n, NO_TRIANGLE);
