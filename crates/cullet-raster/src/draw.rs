@@ -138,8 +138,10 @@ impl<const N: usize> Job<'_, '_, N> {
         let (mut x, mut y) = ([[0; 8]; 3], [[0; 8]; 3]);
         let mut depth = [[0.0; 8]; 3];
         let mut id = [0; 8];
-        for lane in 0..8 {
-            let triangle = triangles[lane] as usize % MAX_TRIANGLES;
+        // Not a loop of eight: of that the compiler makes gathers, which are slow.
+        let mut lane = 0;
+        while lane < n {
+            let triangle = triangles[lane % 8] as usize % MAX_TRIANGLES;
             let [a, b, c, _] = assembly.corners[triangle];
             let [a, b, c] = [a as usize, b as usize, c as usize];
             (x[0][lane], x[1][lane], x[2][lane]) = (placed.x[a], placed.x[b], placed.x[c]);
@@ -147,6 +149,7 @@ impl<const N: usize> Job<'_, '_, N> {
             (depth[0][lane], depth[1][lane], depth[2][lane]) =
                 (placed.depth[a], placed.depth[b], placed.depth[c]);
             id[lane] = assembly.ids[triangle];
+            lane += 1;
         }
         let [ax, bx, cx] = load(simd, x);
         let [ay, by, cy] = load(simd, y);
