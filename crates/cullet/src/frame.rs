@@ -1,5 +1,6 @@
 //! The result: a set of pictures that agree with each other.
 
+use cullet_raster::prefetch_all;
 use glam::{Vec2, Vec3, Vec4};
 
 use crate::{Pass, Passes};
@@ -230,14 +231,19 @@ impl<'a> Target<'a> {
     }
 }
 
+/// Rows are sent for so many before they are written.
+pub(crate) const ROWS_AHEAD: usize = 8;
+
 fn refill<T: Copy>(buffer: &mut Vec<T>, len: usize, value: T) {
     buffer.clear();
     buffer.resize(len, value);
 }
 
 fn clear<T: Copy>(picture: &mut [T], ([width, height], stride): ([u32; 2], usize), nothing: T) {
-    for row in picture.chunks_mut(stride).take(height as usize) {
-        row[..width as usize].fill(nothing);
+    for row in 0..height as usize {
+        let later = (row + ROWS_AHEAD) * stride;
+        prefetch_all(picture, later..later + width as usize);
+        picture[row * stride..][..width as usize].fill(nothing);
     }
 }
 

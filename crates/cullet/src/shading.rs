@@ -13,7 +13,7 @@ use cullet_shade::{world_normal, world_position};
 use cullet_transform::PlaneMask;
 use glam::{DMat4, DVec3, Vec4};
 
-use crate::frame::Target;
+use crate::frame::{ROWS_AHEAD, Target};
 use crate::schedule::for_each;
 use crate::{CullTest, Frame, Item, Pass, Passes, Prepared, Region, Settings, View};
 
@@ -188,9 +188,6 @@ pub(crate) fn fill_background_from(
         }
     }
 }
-
-/// Rows are sent for so many before they are written.
-const ROWS_AHEAD: usize = 8;
 
 /// Encodes the linear picture of a rectangle, where there is one, into bytes, where they are
 /// wanted.

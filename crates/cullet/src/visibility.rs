@@ -17,14 +17,26 @@ pub(crate) fn scan(
     emit: &mut impl FnMut(u32, [u32; 2], usize),
 ) {
     for (y, ids) in (rect.y..rect.y + rect.height).zip(ids.chunks(stride)) {
+        let mut left = &ids[..rect.width as usize];
         let mut x = rect.x;
-        for run in ids[..rect.width as usize].chunk_by(|a, b| a == b) {
-            if run[0] != NO_TRIANGLE {
-                emit(run[0], [x, y], run.len());
+        while let Some(&id) = left.first() {
+            let len = run_len(left, id);
+            if id != NO_TRIANGLE {
+                emit(id, [x, y], len);
             }
-            x += run.len() as u32;
+            x += len as u32;
+            left = &left[len..];
         }
     }
+}
+
+/// How many of the first of `ids` are `id`. Sixteen are looked at together, as most runs are either long, or
+/// over at once.
+fn run_len(ids: &[u32], id: u32) -> usize {
+    let sixteens = ids.chunks_exact(16);
+    let is_all = |ids: &&[u32]| ids.iter().fold(0, |differs, other| differs | (other ^ id)) == 0;
+    let whole = 16 * sixteens.take_while(is_all).count();
+    whole + ids[whole..].iter().take_while(|other| **other == id).count()
 }
 
 /// Triangles ready to be interpolated over: those asked for lately are kept, since most triangles
@@ -115,5 +127,36 @@ impl<'a> Corners<'a> {
             front: interpolator.is_clockwise() == triangle.item.mirrored,
             interpolator,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn runs_are_found_whatever_their_length() {
+        // Runs of 1 to 70 that begin at every place beside a sixteen, some of them of nothing.
+        let lens: Vec<usize> = (0..70).map(|i| i * 29 % 70 + 1).collect();
+        let id_of = |i: usize| if i.is_multiple_of(5) { NO_TRIANGLE } else { i as u32 % 3 };
+        let row = lens.iter().enumerate().flat_map(|(i, len)| vec![id_of(i); *len]);
+        let mut ids: Vec<u32> = row.collect();
+        let width = ids.len();
+        ids.resize(width + 9, 1); // of no meaning
+        ids.extend_from_within(..);
+        let rect = Region { x: 3, y: 8, width: width as u32, height: 2 };
+        let mut got = Vec::new();
+        scan(rect, &ids, width + 9, &mut |id, place, len| got.push((id, place, len)));
+        let mut want = Vec::new();
+        for y in 8..10 {
+            let mut x = 3;
+            for (i, len) in lens.iter().enumerate() {
+                if id_of(i) != NO_TRIANGLE {
+                    want.push((id_of(i), [x, y], *len));
+                }
+                x += *len as u32;
+            }
+        }
+        assert_eq!(got, want);
     }
 }
