@@ -1,8 +1,10 @@
 //! Renderers and frames used again: nothing of one picture shows in the next.
 
+use cullet::cull::wide::levels;
 use cullet::transform::{View, Viewport};
 use cullet::{
     Antialias, Camera, Frame, Pass, Passes, Projection, Region, RendererKind, Resolution, Settings,
+    SubpixelBits,
 };
 use cullet_tests::{all_passes, bytes, cameras, prepare_file, render, shipped_scenes};
 use glam::DVec3;
@@ -13,11 +15,15 @@ const SIZES: [[u32; 2]; 2] = [[150, 101], [97, 130]];
 #[test]
 fn a_used_frame_shows_nothing_of_what_was_in_it() {
     let plain = Settings { passes: all_passes(), tile_px: 24, ..Settings::default() };
+    let (_, fallback) = *levels().last().expect("plain code is always there");
     let ways = [
         plain,
         Settings { tile_px: 64, ..plain },
         Settings { antialias: Antialias::None, ..plain },
+        Settings { antialias: Antialias::Msaa2, ..plain },
         Settings { antialias: Antialias::Msaa8, ..plain },
+        Settings { subpixel_bits: SubpixelBits::Four, ..plain },
+        Settings { simd: fallback, ..plain },
         Settings { antialias: Antialias::Ssaa4, ..plain },
         Settings { resolution: Resolution::Half, ..plain },
         Settings { resolution: Resolution::Adaptive, ..plain },

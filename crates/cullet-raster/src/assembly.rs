@@ -18,7 +18,7 @@ use crate::plain;
 use crate::precision::{Precision, Transforms};
 use crate::prefetch::prefetch_all;
 use crate::samples::Samples;
-use crate::setup::{Facing, Placer, ScreenTriangle, SetupCounters, Vertex, whole};
+use crate::setup::{Facing, Outcome, Placer, ScreenTriangle, SetupCounters, Vertex, whole};
 
 /// Subpixel bits of the fast path.
 pub(crate) const BITS: u32 = 8;
@@ -193,7 +193,7 @@ impl Assembly {
         self.counters
     }
 
-    /// Ids of triangles that were clipped. Their depths are those of the snapped pieces, so they are
+    /// Ids of triangles that were clipped and drawn. Their depths are those of the snapped pieces, so they are
     /// good for comparing, not for reading distances off them.
     pub fn clipped(&self) -> &[u32] {
         &self.clipped
@@ -345,10 +345,13 @@ impl Job<'_> {
                 counters.n_not_finite += 1;
                 return;
             }
-            clipped.push(id);
             let polygon = self.lens.guard.clip(Polygon::triangle(&points), cuts);
             let placer = Placer::<BITS>::with(transforms, self.lens.viewport, self.lens.planes);
-            placer.finish(polygon.corners(), facing, id, pieces)
+            let outcome = placer.finish(polygon.corners(), facing, id, pieces);
+            if matches!(outcome, Outcome::Drawn) {
+                clipped.push(id);
+            }
+            outcome
         };
         counters.count(outcome, !cuts.is_empty());
     }

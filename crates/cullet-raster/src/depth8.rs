@@ -26,7 +26,7 @@ impl<S: Simd> Depth4<S> {
 pub(crate) struct Corners8<'c, S: Simd> {
     /// Twice the area, square units.
     pub area: i32x8<S>,
-    /// The first corner, units.
+    /// The first corner, units: below 2^24, and so exact in f32, for the guard band ends at 12.6 million.
     pub corner: [i32x8<S>; 2],
     /// Of each edge, down and right from its first corner to the second, units.
     pub drop: [i32x8<S>; 3],
@@ -47,7 +47,7 @@ impl<S: Simd> Corners8<'_, S> {
         let dy2 = (f32x8::float_from(self.run[2]) * unit).widen();
         let x = f32x8::float_from(self.corner[0]).widen();
         let y = f32x8::float_from(self.corner[1]).widen();
-        // Any i32, in two parts of fewer bits.
+        // In two parts of fewer bits.
         let high = f32x8::float_from(self.area >> 12).widen();
         let low = f32x8::float_from(self.area & 0xfff).widen();
         let area = (high.0 * 4096.0 + low.0, high.1 * 4096.0 + low.1);

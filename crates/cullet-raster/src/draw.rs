@@ -212,6 +212,7 @@ impl<const N: usize> Job<'_, '_, N> {
             let lane = todo.trailing_zeros() as usize;
             todo &= todo - 1;
             let depth = [depth[0][lane], depth[1][lane], depth[2][lane]];
+            // A few pixels are drawn as soon as asked about; with one sample they are in the code above.
             let is_small = N > 1 && small >> lane & 1 != 0;
             if !is_small {
                 let nearest = depth[0].max(depth[1]).max(depth[2]);
@@ -363,7 +364,7 @@ fn depth_plane(
 
 /// The pixels of a tile, along one axis, whose samples may lie between corners.
 #[inline(always)]
-pub(crate) fn pixels<const BITS: u32>(
+pub(crate) fn pixels_in_tile<const BITS: u32>(
     corners: [i64; 3],
     origin: i32,
     reach: i64,
@@ -391,8 +392,8 @@ fn in_tile(tile: &TileBuffer, triangle: &ScreenTriangle) -> Place {
     let side = tile.side() as i64;
     let [a, b, c] = triangle.corners;
     let [left_px, top_px] = tile.origin();
-    let x = pixels::<BITS>([a.x, b.x, c.x], left_px, reach, side);
-    let y = pixels::<BITS>([a.y, b.y, c.y], top_px, reach, side);
+    let x = pixels_in_tile::<BITS>([a.x, b.x, c.x], left_px, reach, side);
+    let y = pixels_in_tile::<BITS>([a.y, b.y, c.y], top_px, reach, side);
     if x[0] >= x[1] || y[0] >= y[1] {
         return Place::Outside;
     }
@@ -522,10 +523,7 @@ mod tests {
     }
 
     /// The plain way: set up, then sample by sample in 128-bit integers.
-    fn expected<const BITS: u32>(
-        case: &Case,
-        samples: Samples,
-    ) -> (Vec<Vec<(i32, u32)>>, SetupCounters) {
+    fn expected<const BITS: u32>(case: &Case, samples: Samples) -> Expected {
         let Object { viewport, planes, precision, .. } = case.object;
         let transforms = precision.transforms;
         let placer = crate::Placer::<BITS>::with(transforms, viewport, planes);
@@ -536,6 +534,7 @@ mod tests {
         });
         let vertices: Vec<Vertex> = vertices.collect();
         let (mut out, mut counters) = (Vec::new(), SetupCounters::default());
+        let mut clipped = Vec::new();
         for (corners, id) in case.corners.iter().zip(&case.ids) {
             let [a, b, c, _] = corners.map(u32::from);
             let input = crate::Triangles {
@@ -545,7 +544,11 @@ mod tests {
                 first_id: case.object.first_id + id,
                 facing: case.object.facing,
             };
-            counters += crate::set_up(&placer, &input, &mut out);
+            let own = crate::set_up(&placer, &input, &mut out);
+            if own.n_clipped > 0 {
+                clipped.push(input.first_id);
+            }
+            counters += own;
         }
         let nothing = vec![(0, crate::NO_TRIANGLE); (SIZE * SIZE) as usize];
         let planes = samples.offsets().iter().map(|offset| {
@@ -578,23 +581,39 @@ mod tests {
             }
             plane
         });
-        (planes.collect(), counters)
+        clipped.sort_unstable();
+        Expected { planes: planes.collect(), counters, clipped }
+    }
+
+    /// What a case comes to.
+    struct Expected {
+        /// By sample a picture of keys and ids.
+        planes: Vec<Vec<(i32, u32)>>,
+        counters: SetupCounters,
+        clipped: Vec<u32>,
+    }
+
+    /// Memory that is used again and again, as in the frames of a renderer.
+    #[derive(Default)]
+    struct Used {
+        tile: TileBuffer,
+        assembly: Assembly,
     }
 
     #[test]
     fn tiles_show_what_the_plain_code_covers() {
         let random = &mut Random(1);
         let facings = [Facing::Both, Facing::CounterClockwise, Facing::Clockwise];
-        let mut shown = 0;
+        let (mut shown, mut used) = (0, Used::default());
         for round in 0..36 {
             let size = [0.02, 0.1, 0.6, 3.0, 40.0, 3000.0][round % 6];
             let mut case = case(random, size, facings[round / 6 % 3]);
             case.object.precision.transforms = [Transforms::F64, Transforms::F32][round / 3 % 2];
             let samples = Samples::ALL[round / 2 % 4];
             let side = [32, 64, 128][round / 3 % 3];
-            let (planes, counters) = expected::<8>(&case, samples);
+            let expected = expected::<8>(&case, samples);
             for level in levels() {
-                shown += check(&case, level, samples, side, &planes, counters);
+                shown += check(&case, level, samples, side, &expected, &mut used);
             }
         }
         assert!(shown > 100_000, "{shown}");
@@ -607,19 +626,22 @@ mod tests {
         level: Level,
         samples: Samples,
         side: usize,
-        planes: &[Vec<(i32, u32)>],
-        counters: SetupCounters,
+        Expected { planes, counters, clipped }: &Expected,
+        Used { tile, assembly }: &mut Used,
     ) -> usize {
         let mut shown = 0;
-        let (mut tile, mut assembly) = (TileBuffer::default(), Assembly::default());
         let [x, y, z] = &case.positions;
         let cluster = Cluster { positions: [x, y, z], corners: &case.corners, ids: &case.ids };
         assembly.assemble(level, &cluster, &Object { samples, ..case.object });
-        assert_eq!(assembly.counters(), counters);
+        assert_eq!(assembly.counters(), *counters);
+        let mut got = assembly.clipped().to_vec();
+        got.sort_unstable();
+        assert_eq!(got, *clipped);
         let starts = || (0..SIZE).step_by(side);
         for (left, top) in starts().flat_map(|y| starts().map(move |x| (x, y))) {
             tile.begin([left, top], side, samples);
-            draw(&mut tile, &assembly, None);
+            draw(tile, assembly, None);
+            tile.validate();
             for (sample, plane) in planes.iter().enumerate() {
                 let (rows, columns) = (
                     (side as u32).min(SIZE - top) as usize,
@@ -643,7 +665,7 @@ mod tests {
     fn every_grid_and_format_of_depth_follows_the_rule() {
         let random = &mut Random(3);
         let facings = [Facing::Both, Facing::CounterClockwise, Facing::Clockwise];
-        let mut shown = 0;
+        let (mut shown, mut used) = (0, Used::default());
         let all = SubpixelBits::ALL.map(|bits| DepthKind::ALL.map(|depth| (bits, depth)));
         for (round, &(subpixel_bits, depth)) in all.as_flattened().iter().enumerate() {
             for size in [0.1, 0.6, 40.0] {
@@ -651,13 +673,13 @@ mod tests {
                 let transforms = [Transforms::F64, Transforms::F32][round / 2 % 2];
                 case.object.precision = Precision { transforms, subpixel_bits, depth };
                 let samples = Samples::ALL[(round + round / 4) % 4];
-                let (planes, counters) = match subpixel_bits {
+                let expected = match subpixel_bits {
                     SubpixelBits::Four => expected::<4>(&case, samples),
                     SubpixelBits::Eight => expected::<8>(&case, samples),
                     SubpixelBits::Twelve => expected::<12>(&case, samples),
                     SubpixelBits::Sixteen => expected::<16>(&case, samples),
                 };
-                shown += check(&case, Level::new(), samples, 64, &planes, counters);
+                shown += check(&case, Level::new(), samples, 64, &expected, &mut used);
             }
         }
         assert!(shown > 100_000, "{shown}");
@@ -696,26 +718,96 @@ mod tests {
         let case = case(random, 1.0, Facing::Both);
         let [x, y, z] = &case.positions;
         let cluster = Cluster { positions: [x, y, z], corners: &case.corners, ids: &case.ids };
-        let mut pictures = Vec::new();
-        for level in levels() {
-            let (mut tile, mut assembly) = (TileBuffer::default(), Assembly::default());
-            assembly.assemble(level, &cluster, &Object { samples: Samples::Four, ..case.object });
-            tile.begin([64, 64], 64, Samples::Four);
-            let keep = &mut |_: u32, [x, y]: [i32; 2], wanted: u64| {
-                assert!(x >= 16 * 64 && y >= 16 * 64 && wanted != 0 && wanted < 256);
-                let kept = (0..8).filter(|lane| ((x / 16 + lane) + y / 16) % 2 == 0);
-                kept.map(|lane| 1 << lane).sum()
-            };
-            draw(&mut tile, &assembly, Some(keep));
-            for (sample, row) in (0..4).flat_map(|sample| (0..64).map(move |row| (sample, row))) {
-                for (column, id) in tile.ids(sample, row).enumerate() {
-                    assert!(id == crate::NO_TRIANGLE || (column + row) % 2 == 0);
+        // Holes that depend on the triangle and on the place, to a sixteenth of a pixel.
+        let has_matter = |id: u32, [x, y]: [i32; 2]| (id as i32 * 7 + x * 3 + y * 5) / 16 % 3 > 0;
+        for samples in Samples::ALL {
+            let object = Object { samples, ..case.object };
+            let mut pictures = Vec::new();
+            for level in levels() {
+                let (mut tile, mut assembly) = (TileBuffer::default(), Assembly::default());
+                assembly.assemble(level, &cluster, &object);
+                tile.begin([64, 64], 64, samples);
+                let keep = &mut |id: u32, [x, y]: [i32; 2], wanted: u64| {
+                    assert!(x >= 16 * 64 && y >= 16 * 64 && wanted != 0 && wanted < 256);
+                    let kept = (0..8).filter(|lane| has_matter(id, [x + 16 * lane, y]));
+                    kept.map(|lane| 1 << lane).sum()
+                };
+                draw(&mut tile, &assembly, Some(keep));
+                tile.validate();
+                let mut picture = Vec::new();
+                for (sample, [dx, dy]) in samples.offsets().iter().enumerate() {
+                    for row in 0..64 {
+                        for (column, id) in tile.ids(sample, row).enumerate() {
+                            let place = [column, row].map(|at| 16 * (64 + at as i32) + 8);
+                            let place = [place[0] + dx, place[1] + dy];
+                            assert!(id == crate::NO_TRIANGLE || has_matter(id, place));
+                        }
+                        picture.extend(tile.keys(sample, row).zip(tile.ids(sample, row)));
+                    }
+                }
+                pictures.push(picture);
+            }
+            assert!(pictures[0].iter().any(|(_, id)| *id != crate::NO_TRIANGLE));
+            assert!(pictures.iter().all(|picture| *picture == pictures[0]), "{samples:?}");
+        }
+    }
+
+    #[test]
+    fn planes_of_eight_are_those_of_one() {
+        let random = &mut Random(11);
+        for round in 0..400 {
+            let mut between = |low: f64, high: f64| (low + (high - low) * random.next()) as i32;
+            let reach = [300.0, 16_383.0][round % 2];
+            let mut corners = [[[0; 8]; 2]; 3];
+            let mut depth = [[0.0; 8]; 3];
+            for lane in 0..8 {
+                let far = [0.0, 12_500_000.0, -12_500_000.0][(round + lane) % 3];
+                for axis in [0, 1] {
+                    let first = far as i32 + between(-50_000.0, 50_000.0);
+                    corners[0][axis][lane] = first;
+                    corners[1][axis][lane] = first + between(0.0, reach);
+                    corners[2][axis][lane] = first + between(-0.0, reach);
+                }
+                for corner in &mut depth {
+                    corner[lane] = f64::from(between(0.0, 1e9)) * 1e-9;
                 }
             }
-            let rows = (0..64).flat_map(|row| tile.ids(3, row));
-            pictures.push(rows.collect::<Vec<_>>());
+            let sides = [1, 2, 0].map(|from| (from, (from + 1) % 3));
+            let area = |lane: usize| {
+                let way = |corner: usize, axis: usize| {
+                    i64::from(corners[corner][axis][lane] - corners[0][axis][lane])
+                };
+                way(1, 0) * way(2, 1) - way(2, 0) * way(1, 1)
+            };
+            for level in levels().into_iter().filter(|level| !level.is_fallback()) {
+                let planes = dispatch_wide!(level, simd => {
+                    let of = |axis: usize| sides.map(|(from, to)| {
+                        i32x8::simd_from(simd, corners[to][axis]) - i32x8::simd_from(simd, corners[from][axis])
+                    });
+                    let areas = [0, 1, 2, 3, 4, 5, 6, 7].map(|lane| area(lane) as i32);
+                    let corners = Corners8 {
+                        area: i32x8::simd_from(simd, areas),
+                        corner: corners[0].map(|along| i32x8::simd_from(simd, along)),
+                        drop: of(1),
+                        run: of(0),
+                        depth: &depth,
+                    };
+                    Planes8::new(simd, corners.planes(simd))
+                });
+                for lane in 0..8 {
+                    let of = |axis: usize| {
+                        sides.map(|(from, to)| {
+                            i64::from(corners[to][axis][lane])
+                                - i64::from(corners[from][axis][lane])
+                        })
+                    };
+                    let depth = depth.map(|corner| corner[lane]);
+                    let corner = corners[0].map(|along| i64::from(along[lane]));
+                    let one = depth_plane(depth, of(1), of(0), area(lane) as f64, corner);
+                    let got = planes.of(lane, depth);
+                    assert_eq!(format!("{got:?}"), format!("{one:?}"), "{level:?}");
+                }
+            }
         }
-        assert!(pictures[0].iter().any(|&id| id != crate::NO_TRIANGLE));
-        assert!(pictures.iter().all(|ids| *ids == pictures[0]));
     }
 }

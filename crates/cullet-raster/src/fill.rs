@@ -1,4 +1,5 @@
-//! Which samples of a tile a triangle wins, two rows of eight pixels at a time.
+//! Which samples of a tile a triangle wins: with one a pixel, two rows of eight pixels at a time; of large triangles,
+//! block by block.
 //!
 //! Edge values are divided by the subpixel unit and rounded down: a step of one pixel changes them
 //! by a multiple of it, so their signs, which are all that counts, survive, and 32 bits suffice
@@ -8,7 +9,7 @@
 //! Sources: Pineda 1988, "A Parallel Algorithm for Polygon Rasterization"; Abrash 2009,
 //! "Rasterization on Larrabee"; Greene, Kass & Miller 1993 for the depths of blocks.
 
-use fearless_simd::{Simd, f32x8, f32x16, f64x8, i32x8, i32x16, prelude::*, u32x8, u32x16};
+use fearless_simd::{Simd, f32x16, f64x8, i32x8, i32x16, mask32x16, prelude::*, u32x8, u32x16};
 
 use crate::cover::{DepthPlane, Edges};
 use crate::depth::{DepthFormat, reversed_key};
@@ -114,7 +115,8 @@ pub(crate) fn fill<S: Simd>(
     let mut written = 0;
     let mut x = rect.x[0];
     while x < rect.x[1] {
-        let column = Column::at(simd, tile, triangle, &(), x);
+        // Within the tile. What the column before has won already is not won again.
+        let column = Column::at(simd, tile, triangle, &(), x.min(tile.side() - 8));
         written += column.rows::<true>(simd, tile, triangle, rect.y, keep.as_deref_mut());
         x += 8;
     }
@@ -194,19 +196,14 @@ struct BlockEdges {
 
 impl BlockEdges {
     #[inline(always)]
-    fn new<const N: usize>(
-        TileTriangle { rest, left, down, .. }: &TileTriangle,
-        offsets: &[Offset; N],
-    ) -> Self {
-        let (mut least, mut most) = ([i32::MAX; 3], [i32::MIN; 3]);
-        for edge in 0..3 {
-            for offset in offsets {
-                let shift = shift(rest[edge], left[edge], down[edge], *offset);
-                least[edge] = least[edge].min(shift);
-                most[edge] = most[edge].max(shift);
-            }
-        }
-        BlockEdges { least, most }
+    fn new<const N: usize>(triangle: &TileTriangle, offsets: &[Offset; N]) -> Self {
+        // One by one: of lists of three the compiler makes masked moves.
+        let [a, b, c] = [
+            reach_of(triangle, 0, offsets),
+            reach_of(triangle, 1, offsets),
+            reach_of(triangle, 2, offsets),
+        ];
+        BlockEdges { least: [a[0], b[0], c[0]], most: [a[1], b[1], c[1]] }
     }
 
     /// In eight columns from `x` on.
@@ -222,6 +219,21 @@ impl BlockEdges {
         }
         across
     }
+}
+
+/// The least and the most that any sample adds to the value of an edge.
+#[inline(always)]
+fn reach_of<const N: usize>(
+    TileTriangle { rest, left, down, .. }: &TileTriangle,
+    edge: usize,
+    offsets: &[Offset; N],
+) -> [i32; 2] {
+    let (mut least, mut most) = (i32::MAX, i32::MIN);
+    for offset in offsets {
+        let shift = shift(rest[edge], left[edge], down[edge], *offset);
+        (least, most) = (least.min(shift), most.max(shift));
+    }
+    [least, most]
 }
 
 /// The least and the greatest edge values in eight columns, in the first row of a triangle.
@@ -360,7 +372,7 @@ impl<S: Simd> Columns<S> for Column<S> {
         rows: [usize; 2],
     ) -> u32 {
         let TileTriangle { depth, .. } = triangle;
-        let (stride, [_, top]) = (tile.stride(), tile.origin());
+        let (stride, [_, top]) = (tile.stride_px(), tile.origin());
         let start = rows[0] * stride + self.x;
         let keys = &mut tile.keys[tile.starts[0] + start..];
         let ids = &mut tile.ids[tile.starts[1] + start..];
@@ -407,7 +419,7 @@ impl<S: Simd> Column<S> {
             let (way, [a, b, c]) = (rows[0] as i32 - rect.y[0] as i32, values);
             values = [a + down[0] * way, b + down[1] * way, c + down[2] * way];
         }
-        let (stride, [left, top]) = (tile.stride(), tile.origin());
+        let (stride, [left, top]) = (tile.stride_px(), tile.origin());
         assert!(stride >= 8);
         let start = rows[0] * stride + self.x;
         // As many of both, row after row, so that one comparison ends the loop and serves for all. Below the last
@@ -418,12 +430,11 @@ impl<S: Simd> Column<S> {
         let mut way_y = f64::from(top + rows[0] as i32) - depth.origin[1];
         let mut row = rows[0];
         let mut written = 0;
-        let (none, minus_one) = (i32x16::splat(simd, 0), i32x16::splat(simd, -1));
         while keys.len() >= 2 * stride {
             let (key_rows, other_keys) = keys.split_at_mut(2 * stride);
             let (id_rows, other_ids) = ids.split_at_mut(2 * stride);
             (keys, ids) = (other_keys, other_ids);
-            let mut outside = none;
+            let mut outside = i32x16::splat(simd, 0);
             if PARTLY {
                 let [a, b, c] = values;
                 outside = a | b | c;
@@ -452,9 +463,7 @@ impl<S: Simd> Column<S> {
                 let old_id =
                     u32x8::simd_from(simd, *upper_ids).combine(u32x8::simd_from(simd, *lower_ids));
                 let id = u32x16::splat(simd, triangle.id);
-                // Neither key is negative. Where they are equal, the higher id is behind by one.
-                let behind = id.simd_ge(old_id).select(minus_one, none);
-                let mut wins = (outside | (key - old_key + behind)).simd_ge(0);
+                let mut wins = wins_of(simd, outside, [key, old_key], [id, old_id]);
                 if KEEPS && let Some(keep) = keep.as_deref_mut() {
                     let place = [16 * (left + self.x as i32) + 8, 16 * (top + row as i32) + 8];
                     let bits = kept(wins.to_bitmask(), place, triangle.id, keep);
@@ -479,6 +488,20 @@ impl<S: Simd> Column<S> {
     }
 }
 
+/// Which of sixteen samples a triangle wins: those not `outside`, and nearer than what is there: the key and the old
+/// one, of which neither is negative. Where they are equal, the higher id is behind by one.
+#[inline(always)]
+pub(crate) fn wins_of<S: Simd>(
+    simd: S,
+    outside: i32x16<S>,
+    [key, old_key]: [i32x16<S>; 2],
+    [id, old_id]: [u32x16<S>; 2],
+) -> mask32x16<S> {
+    let (none, minus_one) = (i32x16::splat(simd, 0), i32x16::splat(simd, -1));
+    let behind = id.simd_ge(old_id).select(minus_one, none);
+    (outside | (key - old_key + behind)).simd_ge(0)
+}
+
 /// Which of two rows of eight pixels have matter; the first is at `place`.
 #[inline(always)]
 fn kept(bits: u64, [x, y]: [i32; 2], id: u32, keep: &mut KeepSample<'_>) -> u64 {
@@ -490,12 +513,6 @@ fn kept(bits: u64, [x, y]: [i32; 2], id: u32, keep: &mut KeepSample<'_>) -> u64 
         }
     }
     all
-}
-
-/// None of the three is NaN, and negative zeros are lost later: all instruction sets agree on maxima.
-#[inline(always)]
-pub(crate) fn clamp<S: Simd>(depth: f32x8<S>, low: f32x8<S>, high: f32x8<S>) -> f32x8<S> {
-    depth.max(low).min(high)
 }
 
 /// The first eight values.
@@ -513,7 +530,7 @@ pub(crate) fn fill_plain<D: DepthFormat, const BITS: u32>(
     mut keep: Option<&mut KeepSample<'_>>,
 ) -> u32 {
     tile.touch(rect, i32::MAX);
-    let (stride, n_samples) = (tile.stride(), tile.samples().count());
+    let (stride, n_samples) = (tile.stride_px(), tile.samples().count());
     let [left, top] = tile.origin().map(i64::from);
     let mut written = 0;
     let centre = Edges::new::<BITS>(triangle, [0, 0]);

@@ -2,7 +2,7 @@
 
 /// [`fearless_simd::dispatch`] without a copy for machines that have no wide registers: for those there is the plain
 /// code, which is several times as fast as wide code taken lane by lane, and compiled in a fraction of the
-/// time.
+/// time. Unlike there, sets below what the build asks for as a whole keep their copies.
 ///
 /// # Panics
 ///

@@ -7,7 +7,7 @@
 use fearless_simd::{Simd, f32x16, f64x8, i16x32, i32x16, mask32x16, prelude::*, u32x16};
 
 use crate::depth::reversed_key;
-use crate::fill::{Columns, KeepSample, TileTriangle, shift};
+use crate::fill::{Columns, KeepSample, TileTriangle, shift, wins_of};
 use crate::samples::{Offset, Samples};
 use crate::tile::TileBuffer;
 
@@ -23,20 +23,13 @@ pub(crate) struct Lattice {
     x: [f64; PATCH],
     /// Down from it, px; again and again the same.
     y: [f64; PATCH / 2],
-    /// Number of the pixel.
-    pixel: [i32; PATCH],
 }
 
 impl Lattice {
     const fn new(samples: Samples) -> Self {
         let offsets = samples.offsets();
         let n = offsets.len();
-        let mut all = Lattice {
-            ways: [0; 2 * PATCH],
-            x: [0.0; PATCH],
-            y: [0.0; PATCH / 2],
-            pixel: [0; PATCH],
-        };
+        let mut all = Lattice { ways: [0; 2 * PATCH], x: [0.0; PATCH], y: [0.0; PATCH / 2] };
         let mut lane = 0;
         while lane < PATCH {
             let [x, y] = offsets[lane % n];
@@ -44,7 +37,6 @@ impl Lattice {
             (all.ways[2 * lane], all.ways[2 * lane + 1]) = (y as i16, x as i16);
             all.x[lane] = x as f64 / 16.0;
             all.y[lane % (PATCH / 2)] = y as f64 / 16.0;
-            all.pixel[lane] = (lane / n) as i32;
             lane += 1;
         }
         all
@@ -217,7 +209,7 @@ impl<S: Simd> Patch<S> {
         }
         let mut way_y = way_down::<S, N>(simd, tile, triangle, rows[0]);
         let mut written = 0;
-        let stride = tile.stride() * N;
+        let stride = tile.stride_px() * N;
         let start = rows[0] * stride + x * N;
         let n = (rows[1] - rows[0]) * stride;
         let mut keys = &mut tile.keys[tile.starts[0] + start..][..n];
@@ -234,10 +226,12 @@ impl<S: Simd> Patch<S> {
             if !PARTLY || outside.simd_ge(0).any_true() {
                 let key = self.key::<PARTLY>(simd, triangle, way_y);
                 let (row_keys, row_ids) = (sixteen(row_keys), sixteen(row_ids));
-                let wins = wins_of(simd, outside, key, row_keys, triangle.id, row_ids);
+                let old_key = i32x16::simd_from(simd, *row_keys);
                 let id = u32x16::splat(simd, triangle.id);
-                wins.select(key, i32x16::simd_from(simd, *row_keys)).store_slice(row_keys);
-                wins.select(id, u32x16::simd_from(simd, *row_ids)).store_slice(row_ids);
+                let old_id = u32x16::simd_from(simd, *row_ids);
+                let wins = wins_of(simd, outside, [key, old_key], [id, old_id]);
+                wins.select(key, old_key).store_slice(row_keys);
+                wins.select(id, old_id).store_slice(row_ids);
                 written += wins.to_bitmask().count_ones();
             }
             if PARTLY {
@@ -315,22 +309,33 @@ impl<S: Simd, const N: usize> Column<S, N> {
     ) -> u32 {
         let offsets = tile.samples().offsets();
         let origin = tile.origin();
-        let row_of = |row: usize| row as i32 - triangle.rect.y[0] as i32;
+        let id = u32x16::splat(simd, triangle.id);
+        let mut patches = [self.patch(simd, tile, triangle, 0); 4];
+        for i in 1..Self::PATCHES {
+            patches[i] = self.patch(simd, tile, triangle, i);
+        }
         let mut written = 0;
         for row in rows[0]..rows[1] {
+            let rows_down = row as i32 - triangle.rect.y[0] as i32;
             let way_y = way_down::<S, N>(simd, tile, triangle, row);
-            let start = (row * tile.stride() + self.x) * N;
+            let start = (row * tile.stride_px() + self.x) * N;
             let (key_start, id_start) = (tile.starts[0] + start, tile.starts[1] + start);
             let mut keys = [i32x16::splat(simd, 0); 4];
             let mut wins = 0_u64;
             for i in 0..Self::PATCHES {
-                let patch = self.patch(simd, tile, triangle, i);
-                let outside = patch.values.down(triangle, row_of(row)).signs();
-                keys[i] = patch.key::<true>(simd, triangle, way_y);
-                let old_keys = sixteen(&mut tile.keys[key_start + i * PATCH..]);
-                let old_ids = sixteen(&mut tile.ids[id_start + i * PATCH..]);
-                let wins_here = wins_of(simd, outside, keys[i], old_keys, triangle.id, old_ids);
-                wins |= wins_here.to_bitmask() << (i * PATCH);
+                let outside = patches[i].values.down(triangle, rows_down).signs();
+                if outside.simd_ge(0).any_true() {
+                    keys[i] = patches[i].key::<true>(simd, triangle, way_y);
+                    let old_key = sixteen(&mut tile.keys[key_start + i * PATCH..]);
+                    let old_key = i32x16::simd_from(simd, *old_key);
+                    let old_id = sixteen(&mut tile.ids[id_start + i * PATCH..]);
+                    let old_id = u32x16::simd_from(simd, *old_id);
+                    let own = wins_of(simd, outside, [keys[i], old_key], [id, old_id]);
+                    wins |= own.to_bitmask() << (i * PATCH);
+                }
+            }
+            if wins == 0 {
+                continue;
             }
             let mut kept = 0_u64;
             for (sample, [x, y]) in offsets.iter().enumerate() {
@@ -343,14 +348,16 @@ impl<S: Simd, const N: usize> Column<S, N> {
                     kept |= spread::<N>(keep(triangle.id, place, asked) & asked) << sample;
                 }
             }
+            if kept == 0 {
+                continue;
+            }
             written += kept.count_ones();
             for i in 0..Self::PATCHES {
-                let wins: mask32x16<S> = SimdMask::from_bitmask(simd, kept >> (i * PATCH) & 0xffff);
+                let own: mask32x16<S> = SimdMask::from_bitmask(simd, kept >> (i * PATCH) & 0xffff);
                 let old_keys = sixteen(&mut tile.keys[key_start + i * PATCH..]);
-                wins.select(keys[i], i32x16::simd_from(simd, *old_keys)).store_slice(old_keys);
+                own.select(keys[i], i32x16::simd_from(simd, *old_keys)).store_slice(old_keys);
                 let old_ids = sixteen(&mut tile.ids[id_start + i * PATCH..]);
-                let id = u32x16::splat(simd, triangle.id);
-                wins.select(id, u32x16::simd_from(simd, *old_ids)).store_slice(old_ids);
+                own.select(id, u32x16::simd_from(simd, *old_ids)).store_slice(old_ids);
             }
         }
         written
@@ -399,7 +406,7 @@ impl<S: Simd, const N: usize> Columns<S> for Column<S, N> {
             let patch = self.patch(simd, tile, triangle, i);
             let mut way_y = way_down::<S, N>(simd, tile, triangle, rows[0]);
             for row in rows[0]..rows[1] {
-                let at = (row * tile.stride() + self.x) * N + i * PATCH;
+                let at = (row * tile.stride_px() + self.x) * N + i * PATCH;
                 let key = patch.key::<false>(simd, triangle, way_y);
                 key.store_slice(sixteen(&mut tile.keys[tile.starts[0] + at..]));
                 id.store_slice(sixteen(&mut tile.ids[tile.starts[1] + at..]));
@@ -408,23 +415,6 @@ impl<S: Simd, const N: usize> Columns<S> for Column<S, N> {
         }
         (8 * N * (rows[1] - rows[0])) as u32
     }
-}
-
-/// Which samples a triangle wins: those not `outside`, and nearer than what is there. Neither key is negative.
-/// Where they are equal, the higher id is behind by one.
-#[inline(always)]
-fn wins_of<S: Simd>(
-    simd: S,
-    outside: i32x16<S>,
-    key: i32x16<S>,
-    old_keys: &[i32; PATCH],
-    id: u32,
-    old_ids: &[u32; PATCH],
-) -> mask32x16<S> {
-    let old_key = i32x16::simd_from(simd, *old_keys);
-    let is_later = u32x16::splat(simd, id).simd_ge(u32x16::simd_from(simd, *old_ids));
-    let behind = is_later.select(i32x16::splat(simd, -1), i32x16::splat(simd, 0));
-    (outside | (key - old_key + behind)).simd_ge(0)
 }
 
 /// Every `N`th of `8 * N` bits, from the lowest on.

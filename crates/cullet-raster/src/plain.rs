@@ -7,7 +7,7 @@ use glam::Vec3;
 
 use crate::assembly::{Assembly, Cluster, Object};
 use crate::depth::{DepthFormat, ReversedF32, StandardF32, StandardU16, StandardU24};
-use crate::draw::pixels;
+use crate::draw::pixels_in_tile;
 use crate::fill::{KeepSample, fill_plain};
 use crate::precision::{DepthKind, SubpixelBits};
 use crate::setup::{Placer, ScreenTriangle, SetupCounters, Triangles, Vertex, set_up};
@@ -111,8 +111,8 @@ fn rect_of<const BITS: u32>(tile: &TileBuffer, triangle: &ScreenTriangle) -> Opt
     let [left, top] = tile.origin();
     let side = tile.side() as i64;
     let [a, b, c] = triangle.corners;
-    let x = pixels::<BITS>([a.x, b.x, c.x], left, reach, side);
-    let y = pixels::<BITS>([a.y, b.y, c.y], top, reach, side);
+    let x = pixels_in_tile::<BITS>([a.x, b.x, c.x], left, reach, side);
+    let y = pixels_in_tile::<BITS>([a.y, b.y, c.y], top, reach, side);
     let holds = x[0] < x[1] && y[0] < y[1];
     holds.then(|| TileRect { x: x.map(|at| at as usize), y: y.map(|at| at as usize) })
 }

@@ -1,7 +1,7 @@
 //! How exactly: the choices a frame has about positions and depths.
 //!
-//! The default takes the wide code of [`crate::draw`]; every other choice takes the plain code, sample by
-//! sample, with the same rules on another grid or with other codes of depth.
+//! The default takes the wide code of [`crate::draw`] where there are wide registers; every other choice takes the
+//! plain code, sample by sample, with the same rules on another grid or with other codes of depth.
 
 use cullet_transform::{ClipPoint, PlaneMask, Viewport};
 use glam::{DMat4, Vec3};
@@ -22,7 +22,7 @@ pub struct Precision {
 }
 
 impl Precision {
-    /// Whether the wide code of [`crate::draw()`] serves.
+    /// Whether the wide code of [`crate::draw()`] serves, on machines that can run it.
     pub(crate) fn is_wide(self) -> bool {
         let transforms = self.transforms;
         self == Precision { transforms, ..Precision::default() }

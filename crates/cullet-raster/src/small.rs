@@ -1,4 +1,4 @@
-//! Triangles of a few pixels, eight side by side: the same pixel of each one's box at a time.
+//! Triangles of a few pixels with one sample each, eight side by side: the same pixel of each one's box at a time.
 //!
 //! A triangle's rows of eight pixels would be empty for the most part; eight triangles fill the lanes.
 //! Only samples that are covered are then tried one by one. Edges, depth and ties are those of
@@ -7,7 +7,7 @@
 use fearless_simd::{Simd, SimdCvtFloat, f32x8, f64x4, i32x8, mask32x8, prelude::*};
 
 use crate::depth8::Depth4;
-use crate::fill::clamp;
+use crate::samples::Samples;
 use crate::tile::{TileBuffer, TileRect};
 
 /// Boxes of at most this many pixels along each axis are drawn here.
@@ -34,11 +34,12 @@ impl<S: Simd> Small<'_, S> {
     /// Draws the triangles of `lanes`, a bit each. Returns how many samples were won.
     #[inline(always)]
     pub fn fill(&self, simd: S, tile: &mut TileBuffer, lanes: u64) -> u32 {
+        debug_assert_eq!(tile.samples(), Samples::One);
         let zero = i32x8::splat(simd, 0);
         let wanted: mask32x8<S> = SimdMask::from_bitmask(simd, lanes);
         let (width, height) = (wanted.select(self.width, zero), wanted.select(self.height, zero));
         let (columns, rows) = (width.reduce_max(), height.reduce_max());
-        let (stride, [left, top]) = (tile.stride(), tile.origin());
+        let (stride, [left, top]) = (tile.stride_px(), tile.origin());
         let first: [i32; 8] = (self.y * stride as i32 + self.x).into();
         let (first_x, first_y) = (widened(simd, self.x + left), widened(simd, self.y + top));
         let planes = &self.planes;
@@ -131,4 +132,10 @@ fn single<S: Simd>(simd: S, values: &[f64; 8]) -> f32x8<S> {
 fn widened<S: Simd>(_: S, x: i32x8<S>) -> [f64x4<S>; 2] {
     let (low, high) = f32x8::float_from(x).widen();
     [low, high]
+}
+
+/// None of the three is NaN, and negative zeros are lost later: all instruction sets agree on maxima.
+#[inline(always)]
+fn clamp<S: Simd>(depth: f32x8<S>, low: f32x8<S>, high: f32x8<S>) -> f32x8<S> {
+    depth.max(low).min(high)
 }

@@ -35,7 +35,7 @@ pub struct TileBuffer {
     samples: Samples,
     /// Where keys and ids begin, for rows to start with a cache line.
     pub(crate) starts: [usize; 2],
-    /// Rows of `stride` pixels, those of each side by side: one value per sample.
+    /// Rows of `stride_px` pixels, the samples of each side by side, a value each.
     pub(crate) keys: Vec<i32>,
     /// The same.
     pub(crate) ids: Vec<u32>,
@@ -84,7 +84,7 @@ impl TileBuffer {
             self.keys.clear();
             // Beyond the last row, another, for rows are drawn two at a time, and what that reaches into from its
             // last column on.
-            let n = samples.count() * self.stride() * (side + 2) + LINE;
+            let n = samples.count() * self.stride_px() * (side + 2) + LINE;
             self.keys.resize(n, 0);
             self.ids.clear();
             self.ids.resize(n, NO_TRIANGLE);
@@ -103,7 +103,7 @@ impl TileBuffer {
     fn clear_touched(&mut self) {
         let per_row = self.side / BLOCK;
         let n_samples = self.samples.count();
-        let (stride, width) = (self.stride() * n_samples, BLOCK * n_samples);
+        let (stride, width) = (self.stride_px() * n_samples, BLOCK * n_samples);
         for (block, _) in (0..).zip(&self.blocks).filter(|(_, block)| block.is_touched) {
             let corner: usize = block / per_row * BLOCK * stride + block % per_row * width;
             for row in 0..BLOCK {
@@ -135,44 +135,44 @@ impl TileBuffer {
     }
 
     /// Pixels from a row to the next.
-    pub(crate) fn stride(&self) -> usize {
+    pub(crate) fn stride_px(&self) -> usize {
         self.side + MARGIN
     }
 
     /// The source triangles of a sample along a row, left to right, or [`NO_TRIANGLE`].
     pub fn ids(&self, sample: usize, row: usize) -> impl Iterator<Item = u32> {
-        self.along(&self.ids[self.starts[1]..], sample, row).copied()
+        self.along(&self.ids[self.starts[1]..], sample, row)
     }
 
     /// The source triangles of all samples from a pixel of the tile on, those of a pixel side by side, and how
     /// many there are from a row to the next. After a row come at least eight pixels that mean nothing.
     pub fn ids_from(&self, [column, row]: [u32; 2]) -> (&[u32], usize) {
         let n_samples = self.samples.count();
-        let at = row as usize * self.stride() + column as usize;
-        (&self.ids[self.starts[1] + at * n_samples..], self.stride() * n_samples)
+        let at = row as usize * self.stride_px() + column as usize;
+        (&self.ids[self.starts[1] + at * n_samples..], self.stride_px() * n_samples)
     }
 
     /// Their depth keys, which lie alike.
     pub fn keys_from(&self, [column, row]: [u32; 2]) -> &[i32] {
-        let at = row as usize * self.stride() + column as usize;
+        let at = row as usize * self.stride_px() + column as usize;
         &self.keys[self.starts[0] + at * self.samples.count()..]
     }
 
     /// The depth keys of a sample along a row.
     pub fn keys(&self, sample: usize, row: usize) -> impl Iterator<Item = i32> {
-        self.along(&self.keys[self.starts[0]..], sample, row).copied()
+        self.along(&self.keys[self.starts[0]..], sample, row)
     }
 
     /// What a sample has along a row.
-    fn along<'v, T>(
+    fn along<'v, T: Copy>(
         &self,
         values: &'v [T],
         sample: usize,
         row: usize,
-    ) -> impl Iterator<Item = &'v T> + use<'v, T> {
+    ) -> impl Iterator<Item = T> + use<'v, T> {
         let n_samples = self.samples.count();
-        let start = row * self.stride() * n_samples + sample;
-        values[start..].iter().step_by(n_samples).take(self.side)
+        let start = row * self.stride_px() * n_samples + sample;
+        values[start..].iter().step_by(n_samples).take(self.side).copied()
     }
 
     /// Notes that pixels of `rect` may have been written, with keys no nearer than `nearest`.
@@ -274,10 +274,10 @@ impl TileBuffer {
         if self.blocks[block].n_stale > 0 {
             let per_row = self.side / BLOCK;
             let n_samples = self.samples.count();
-            let corner = block / per_row * BLOCK * self.stride() + block % per_row * BLOCK;
+            let corner = block / per_row * BLOCK * self.stride_px() + block % per_row * BLOCK;
             let mut least = i32x8::splat(simd, i32::MAX);
             for row in 0..BLOCK {
-                let start = self.starts[0] + (corner + row * self.stride()) * n_samples;
+                let start = self.starts[0] + (corner + row * self.stride_px()) * n_samples;
                 let keys = &self.keys[start..start + BLOCK * n_samples];
                 let mut i = 0;
                 while i + 8 <= keys.len() {
@@ -289,6 +289,25 @@ impl TileBuffer {
             (block.farthest, block.n_stale) = (least.reduce_min(), 0);
         }
         self.blocks[block].farthest
+    }
+
+    /// Panics where what is known of a block does not hold.
+    #[cfg(test)]
+    pub(crate) fn validate(&self) {
+        let n_samples = self.samples.count();
+        let per_row = self.side / BLOCK;
+        for (i, block) in self.blocks.iter().enumerate() {
+            for row in 0..BLOCK {
+                let at = (i / per_row * BLOCK + row) * self.stride_px() + i % per_row * BLOCK;
+                for sample in 0..BLOCK * n_samples {
+                    let key = self.keys[self.starts[0] + at * n_samples + sample];
+                    let id = self.ids[self.starts[1] + at * n_samples + sample];
+                    assert!((block.farthest..=block.nearest).contains(&key), "{block:?} {key}");
+                    assert!(block.is_touched || id == NO_TRIANGLE, "{block:?} {id}");
+                    assert!(self.farthest_of_all <= key, "{} {key}", self.farthest_of_all);
+                }
+            }
+        }
     }
 
     /// Memory held.
@@ -308,7 +327,7 @@ mod tests {
         tile.begin([64, 0], 32, Samples::Two);
         let whole = TileRect { x: [8, 16], y: [0, 8] };
         assert!(!tile.hides(Level::new(), whole, 0));
-        let stride = tile.stride();
+        let stride = tile.stride_px();
         for (row, column) in (0..8).flat_map(|row| (8..16).map(move |column| (row, column))) {
             let at = tile.starts[0] + 2 * (row * stride + column);
             tile.keys[at] = 50;

@@ -36,6 +36,8 @@ pub(crate) struct Batch {
 #[derive(Clone, Copy, Debug, Default)]
 struct Counts {
     triangles: usize,
+    /// Those of them that have records.
+    set_up: usize,
     runs: usize,
     pixels: usize,
 }
@@ -79,6 +81,21 @@ impl Batch {
     /// Ids of the triangles, by the numbers of their records.
     pub(crate) fn ids(&self) -> &[u32] {
         &self.ids[..self.n.triangles]
+    }
+
+    /// How many of the triangles, the first ones, have their records.
+    pub(crate) fn n_set_up(&self) -> usize {
+        self.n.set_up
+    }
+
+    /// Notes that all triangles have their records.
+    pub(crate) fn all_set_up(&mut self) {
+        self.n.set_up = self.n.triangles;
+    }
+
+    /// Whether there is room for as many triangles more.
+    pub(crate) fn has_room(&self, n: usize) -> bool {
+        self.n.triangles + n <= BATCH
     }
 
     pub(crate) fn n_pixels(&self) -> usize {

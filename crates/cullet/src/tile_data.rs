@@ -87,16 +87,17 @@ fn count<S: Simd>(simd: S, rows: &Rows<'_>) -> u64 {
     let mut sum = u32x8::splat(simd, 0);
     let mut n = 0;
     for row in 0..rows.height {
-        let ids = &rows.ids[row * rows.stride..][..rows.width];
+        let ids = &rows.ids[row * rows.stride..];
         let mut i = 0;
-        while i + 8 <= ids.len() {
+        while i + 8 <= rows.width {
             let id = u32x8::from_slice(simd, &ids[i..i + 8]);
             sum += id.simd_eq(nothing).select(u32x8::splat(simd, 0), one);
             i += 8;
         }
-        while i < ids.len() {
-            n += u64::from(ids[i] != NO_TRIANGLE);
-            i += 1;
+        if i < rows.width {
+            let id = u32x8::from_slice(simd, &ids[i..i + 8]);
+            let rest = !id.simd_eq(nothing).to_bitmask() & 0xff >> (8 - (rows.width - i));
+            n += u64::from(rest.count_ones());
         }
     }
     n + u64::from(sum.reduce_sum())

@@ -48,7 +48,9 @@ pub(crate) struct ShadeScratch {
     /// By record, the draw of the triangle and its paint.
     draw_of: Vec<u32>,
     paint_of: Vec<u32>,
-    /// The draws of the batch.
+    /// The block that the records of the batch are of, its upper left pixel.
+    block: [u32; 2],
+    /// The draws of the batch, some of them again.
     seen: Vec<u32>,
     wanted: Vec<(u32, u32)>,
     records: Vec<Record>,
@@ -70,6 +72,7 @@ impl Default for ShadeScratch {
             batch: Batch::default(),
             draw_of: vec![0; BATCH],
             paint_of: vec![0; BATCH],
+            block: [0; 2],
             seen: Vec::new(),
             wanted: vec![(0, 0); BATCH],
             records: vec![Record::default(); BATCH],
@@ -89,6 +92,7 @@ impl Default for ShadeScratch {
 impl ShadeScratch {
     /// Forgets the frame before, to be called before each.
     pub(crate) fn begin(&mut self) {
+        self.batch.begin();
         self.draws.forget();
         self.corners.forget();
     }
@@ -209,14 +213,20 @@ impl<'a> TileShader<'a> {
         }
     }
 
-    /// [`TileShader::colors`] where all places are in one block, which is the so many'th across and down.
+    /// [`TileShader::colors`] where all places are in one block, which is the so many'th across and down. Triangles
+    /// of the same block that have records keep them.
     pub(crate) fn colors_in_block(&mut self, block: [u32; 2], wanted: &[Wanted], out: &mut [Vec4]) {
         let corner = block.map(|at| at as i32 * SUBPIXELS);
+        let block = block.map(|at| at * BLOCK);
         for (part, out) in wanted.chunks(BATCH).zip(out.chunks_mut(BATCH)) {
-            let batch = &mut self.scratch.batch;
-            batch.begin();
+            let ShadeScratch { batch, block: of, .. } = &mut *self.scratch;
+            if *of == block && batch.has_room(part.len()) {
+                batch.begin_more();
+            } else {
+                batch.begin();
+            }
             batch.singles(part, corner, 0);
-            self.paint(block.map(|at| at * BLOCK), &mut Out::Linear(out));
+            self.paint(block, &mut Out::Linear(out));
         }
     }
 
@@ -319,12 +329,18 @@ impl<'a> TileShader<'a> {
         }
     }
 
-    /// Makes the records of the triangles of the batch.
+    /// Makes the records of those triangles of the batch that have none.
     fn set_up(&mut self, block: [u32; 2]) {
         let Scene { prepared, settings, .. } = self.scene;
         let scratch = &mut *self.scratch;
-        scratch.seen.clear();
-        let ids = scratch.batch.ids();
+        let n_known = scratch.batch.n_set_up();
+        if n_known == 0 {
+            scratch.seen.clear();
+            scratch.block = block;
+        }
+        debug_assert_eq!(scratch.block, block);
+        let n_seen = scratch.seen.len();
+        let ids = &scratch.batch.ids()[n_known..];
         let draws_of = &mut scratch.draw_of[..ids.len()];
         for (id, draw) in ids.iter().zip(&mut *draws_of) {
             *draw = scratch.draws.of(&self.scene, *id);
@@ -337,17 +353,17 @@ impl<'a> TileShader<'a> {
             draw.n_wanted += run.len() as u32;
         }
         let mut first = 0;
-        for draw in &scratch.seen {
+        for draw in &scratch.seen[n_seen..] {
             let draw = &mut scratch.draws.all[*draw as usize];
             draw.next = first;
             first += draw.n_wanted;
         }
-        let mut record = 0;
+        let mut record = n_known;
         for run in draws_of.chunk_by(|a, b| a == b) {
             let draw = &mut scratch.draws.all[run[0] as usize];
             let wanted = &mut scratch.wanted[draw.next as usize..][..run.len()];
             draw.next += run.len() as u32;
-            let ids = &ids[record..record + run.len()];
+            let ids = &ids[record - n_known..][..run.len()];
             let triangles = &prepared.mesh(&prepared.items()[draw.item]).triangles;
             scratch.paint_of[record..record + run.len()].fill(draw.paint);
             for (wanted, id) in wanted.iter_mut().zip(ids) {
@@ -358,7 +374,7 @@ impl<'a> TileShader<'a> {
             }
         }
         let mut first = 0;
-        for draw in &scratch.seen {
+        for draw in &scratch.seen[n_seen..] {
             let draw = &mut scratch.draws.all[*draw as usize];
             let item = &prepared.items()[draw.item];
             let wanted = &scratch.wanted[first..first + draw.n_wanted as usize];
@@ -384,6 +400,7 @@ impl<'a> TileShader<'a> {
             first += wanted.len();
             draw.n_wanted = 0;
         }
+        scratch.batch.all_set_up();
     }
 
     /// Colours the pixels that wide code has left, one by one.
