@@ -10,9 +10,9 @@ use fearless_simd::{Level, Simd, i32x8, prelude::*, u32x8};
 use glam::{DMat4, Vec3};
 
 use crate::clip::{GuardBand, Polygon};
-use crate::depth::reversed_key;
 use crate::fixed::Fixed;
 use crate::level::dispatch_wide;
+use crate::piece::PieceBox;
 use crate::placed::{Lens, Placed};
 use crate::plain;
 use crate::precision::{Precision, Transforms};
@@ -104,41 +104,6 @@ impl Default for Assembly {
             counters: SetupCounters::default(),
         }
     }
-}
-
-/// Where a screen triangle may show.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct PieceBox {
-    /// Pixels of the picture that may have samples in it: the first and the one after the last.
-    pub x: [i32; 2],
-    pub y: [i32; 2],
-    /// Key of its nearest corner.
-    pub nearest: i32,
-}
-
-impl PieceBox {
-    fn new(piece: &ScreenTriangle, samples: Samples) -> Self {
-        let [a, b, c] = piece.corners;
-        let reach = 16 * i64::from(samples.reach());
-        let along = |corners| {
-            let [first, end] = pixels::<BITS>(corners, reach);
-            let (least, most) = (i64::from(i32::MIN), i64::from(i32::MAX));
-            [first.clamp(least, most) as i32, end.clamp(least, most) as i32]
-        };
-        PieceBox {
-            x: along([a.x, b.x, c.x]),
-            y: along([a.y, b.y, c.y]),
-            nearest: reversed_key(piece.nearest() as f32),
-        }
-    }
-}
-
-/// Pixels along an axis that may have samples between corners: the first and the one after the last.
-#[inline(always)]
-pub(crate) fn pixels<const BITS: u32>([a, b, c]: [i64; 3], reach: i64) -> [i64; 2] {
-    let unit = 1i64 << BITS;
-    let (low, high) = (a.min(b).min(c), a.max(b).max(c));
-    [(low - unit / 2 - reach + unit - 1) >> BITS, ((high - unit / 2 + reach) >> BITS) + 1]
 }
 
 /// Borders of nothing: left and upper, right and lower.

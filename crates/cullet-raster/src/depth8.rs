@@ -130,3 +130,70 @@ fn both<S: Simd>(low: f64x4<S>, high: f64x4<S>) -> [f64; 8] {
     high.store_slice(&mut all[4..]);
     all
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::level::dispatch_wide;
+    use crate::piece::depth_plane;
+    use crate::testing::{Random, levels};
+
+    #[test]
+    fn planes_of_eight_are_those_of_one() {
+        let random = &mut Random(11);
+        for round in 0..400 {
+            let mut between = |low: f64, high: f64| (low + (high - low) * random.next()) as i32;
+            let reach = [300.0, 16_383.0][round % 2];
+            let mut corners = [[[0; 8]; 2]; 3];
+            let mut depth = [[0.0; 8]; 3];
+            for lane in 0..8 {
+                let far = [0.0, 12_500_000.0, -12_500_000.0][(round + lane) % 3];
+                for axis in [0, 1] {
+                    let first = far as i32 + between(-50_000.0, 50_000.0);
+                    corners[0][axis][lane] = first;
+                    corners[1][axis][lane] = first + between(0.0, reach);
+                    corners[2][axis][lane] = first + between(-0.0, reach);
+                }
+                for corner in &mut depth {
+                    corner[lane] = f64::from(between(0.0, 1e9)) * 1e-9;
+                }
+            }
+            let sides = [1, 2, 0].map(|from| (from, (from + 1) % 3));
+            let area = |lane: usize| {
+                let way = |corner: usize, axis: usize| {
+                    i64::from(corners[corner][axis][lane] - corners[0][axis][lane])
+                };
+                way(1, 0) * way(2, 1) - way(2, 0) * way(1, 1)
+            };
+            for level in levels().into_iter().filter(|level| !level.is_fallback()) {
+                let planes = dispatch_wide!(level, simd => {
+                    let of = |axis: usize| sides.map(|(from, to)| {
+                        i32x8::simd_from(simd, corners[to][axis]) - i32x8::simd_from(simd, corners[from][axis])
+                    });
+                    let areas = [0, 1, 2, 3, 4, 5, 6, 7].map(|lane| area(lane) as i32);
+                    let corners = Corners8 {
+                        area: i32x8::simd_from(simd, areas),
+                        corner: corners[0].map(|along| i32x8::simd_from(simd, along)),
+                        drop: of(1),
+                        run: of(0),
+                        depth: &depth,
+                    };
+                    Planes8::new(simd, corners.planes(simd))
+                });
+                for lane in 0..8 {
+                    let of = |axis: usize| {
+                        sides.map(|(from, to)| {
+                            i64::from(corners[to][axis][lane])
+                                - i64::from(corners[from][axis][lane])
+                        })
+                    };
+                    let depth = depth.map(|corner| corner[lane]);
+                    let corner = corners[0].map(|along| i64::from(along[lane]));
+                    let one = depth_plane(depth, of(1), of(0), area(lane) as f64, corner);
+                    let got = planes.of(lane, depth);
+                    assert_eq!(format!("{got:?}"), format!("{one:?}"), "{level:?}");
+                }
+            }
+        }
+    }
+}

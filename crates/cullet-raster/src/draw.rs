@@ -5,18 +5,19 @@
 
 use fearless_simd::{Level, Simd, i32x8, mask32x8, prelude::*};
 
-use crate::assembly::{self, Assembly, BITS, MAX_TRIANGLES, PieceBox, load, pixels8};
+use crate::assembly::{Assembly, BITS, MAX_TRIANGLES, load, pixels8};
+use crate::blocks::fill_blocks;
 use crate::depth::{ReversedF32, reversed_key};
-use crate::depth8::{Corners8, Planes8, greatest, least};
-use crate::fill::{self, KeepSample, TileDepth, TileTriangle, fill, fill_blocks, fill_plain};
-use crate::fixed::Fixed;
+use crate::depth8::{Corners8, Planes8};
+use crate::fill::{self, KeepSample, TileTriangle, fill};
 use crate::level::dispatch_wide;
 use crate::patch::{self, Values};
-use crate::plain;
+use crate::piece::{PieceBox, Place, in_tile};
+use crate::plain::{self, fill_plain};
 use crate::samples::{Offset, Samples};
-use crate::setup::{ScreenTriangle, doubled_area};
+use crate::setup::ScreenTriangle;
 use crate::small::{SMALL, Small};
-use crate::tile::{BLOCK, TileBuffer, TileRect};
+use crate::tile::{TileBuffer, TileRect};
 
 /// How often a block must have been written to for its farthest sample to be looked for again on behalf
 /// of one triangle.
@@ -338,113 +339,6 @@ fn lane_of(list: &[[i32; 8]; 3], lane: usize) -> [i32; 3] {
     [list[0][lane], list[1][lane], list[2][lane]]
 }
 
-/// The plane of [`crate::cover`], from edges per pixel in subpixel units.
-#[inline(always)]
-fn depth_plane(
-    [a, b, c]: [f64; 3],
-    left: [i64; 3],
-    down: [i64; 3],
-    area: f64,
-    corner: [i64; 2],
-) -> TileDepth {
-    let inverse_area = 1.0 / area;
-    let unit = f64::from(1u32 << BITS);
-    let [ab, ac] = [b - a, c - a];
-    let [dx1, dx2] = [(-left[1] << BITS) as f64, (-left[2] << BITS) as f64];
-    let [dy1, dy2] = [(down[1] << BITS) as f64, (down[2] << BITS) as f64];
-    TileDepth {
-        depth: a,
-        origin: [corner[0] as f64 / unit - 0.5, corner[1] as f64 / unit - 0.5],
-        ddx: (ab * dx1 + ac * dx2) * inverse_area,
-        ddy: (ab * dy1 + ac * dy2) * inverse_area,
-        low: least(least(a, b), c),
-        high: greatest(greatest(a, b), c),
-    }
-}
-
-/// The pixels of a tile, along one axis, whose samples may lie between corners.
-#[inline(always)]
-pub(crate) fn pixels_in_tile<const BITS: u32>(
-    corners: [i64; 3],
-    origin: i32,
-    reach: i64,
-    side: i64,
-) -> [i64; 2] {
-    let [first, end] = assembly::pixels::<BITS>(corners, reach);
-    let origin = i64::from(origin);
-    [(first - origin).max(0), (end - origin).min(side)]
-}
-
-/// A screen triangle beside a tile.
-enum Place {
-    Outside,
-    Inside(TileTriangle),
-    /// Its edges do not fit 32 bits.
-    TooLarge(TileRect),
-}
-
-/// What of a screen triangle may lie in `tile`. Edges that all samples there are inside of have
-/// nothing to say any more; of the others, what is left fits 32 bits but for triangles of more than
-/// 57 000 px.
-fn in_tile(tile: &TileBuffer, triangle: &ScreenTriangle) -> Place {
-    let unit = 1i64 << BITS;
-    let reach = 16 * i64::from(tile.samples().reach());
-    let side = tile.side() as i64;
-    let [a, b, c] = triangle.corners;
-    let [left_px, top_px] = tile.origin();
-    let x = pixels_in_tile::<BITS>([a.x, b.x, c.x], left_px, reach, side);
-    let y = pixels_in_tile::<BITS>([a.y, b.y, c.y], top_px, reach, side);
-    if x[0] >= x[1] || y[0] >= y[1] {
-        return Place::Outside;
-    }
-    // Whole blocks are drawn across, so all of them must be inside an edge that is dropped.
-    let block = BLOCK as i64;
-    let x = [x[0] / block * block, (x[1] + block - 1) / block * block];
-    let mut out = TileTriangle {
-        id: triangle.id,
-        rect: TileRect { x: [x[0] as usize, x[1] as usize], y: [y[0] as usize, y[1] as usize] },
-        value: [0; 3],
-        rest: [0; 3],
-        left: [0; 3],
-        down: [0; 3],
-        depth: TileDepth { depth: 0.0, origin: [0.0; 2], ddx: 0.0, ddy: 0.0, low: 0.0, high: 0.0 },
-    };
-    let (px, py) = (
-        (x[0] + i64::from(left_px)) * unit + unit / 2,
-        (y[0] + i64::from(top_px)) * unit + unit / 2,
-    );
-    let (mut left, mut down) = ([0; 3], [0; 3]);
-    for edge in 0..3 {
-        let (from, to) = (triangle.corners[(edge + 1) % 3], triangle.corners[(edge + 2) % 3]);
-        let (run, drop) = (to.x - from.x, to.y - from.y);
-        (left[edge], down[edge]) = (drop, run);
-        let least = i64::from(!(drop < 0 || (drop == 0 && run > 0)));
-        let value = run * (py - from.y) - drop * (px - from.x) - least;
-        // Between the first sample and the last one of the rectangle.
-        let (columns, rows) = ((x[1] - x[0] - 1) * unit, (y[1] - y[0] - 1) * unit);
-        let (way_x, way_y) = (-drop * columns, run * rows);
-        let spread = (drop.abs() + run.abs()) * reach;
-        if value + spread + way_x.max(0) + way_y.max(0) < 0 {
-            return Place::Outside;
-        }
-        if value - spread + way_x.min(0) + way_y.min(0) >= 0 {
-            continue;
-        }
-        // Lanes of a group may lie a group's width beside the rectangle.
-        if (run.abs() + drop.abs()) * (side + 2 * 8) >= 1 << 31 {
-            return Place::TooLarge(out.rect);
-        }
-        out.value[edge] = (value >> BITS) as i32;
-        out.rest[edge] = (value & (unit - 1)) as i32;
-        out.left[edge] = drop as i32;
-        out.down[edge] = run as i32;
-    }
-    let area = doubled_area(triangle.corners) as f64;
-    let Fixed { x, y } = triangle.corners[0];
-    out.depth = depth_plane(triangle.depth, left, down, area, [x, y]);
-    Place::Inside(out)
-}
-
 #[cfg(test)]
 mod tests {
     use cullet_transform::{PlaneMask, Viewport};
@@ -452,19 +346,10 @@ mod tests {
 
     use super::*;
     use crate::assembly::{Cluster, Object};
+    use crate::fixed::Fixed;
     use crate::precision::{DepthKind, Precision, SubpixelBits, Transforms};
     use crate::setup::{Facing, SetupCounters, Vertex};
-    use crate::testing::levels;
-
-    /// Pseudo-random numbers in `0..1`.
-    struct Random(u64);
-
-    impl Random {
-        fn next(&mut self) -> f64 {
-            self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-            (self.0 >> 40) as f64 / (1u64 << 24) as f64
-        }
-    }
+    use crate::testing::{Random, levels};
 
     const SIZE: u32 = 150;
 
@@ -749,65 +634,6 @@ mod tests {
             }
             assert!(pictures[0].iter().any(|(_, id)| *id != crate::NO_TRIANGLE));
             assert!(pictures.iter().all(|picture| *picture == pictures[0]), "{samples:?}");
-        }
-    }
-
-    #[test]
-    fn planes_of_eight_are_those_of_one() {
-        let random = &mut Random(11);
-        for round in 0..400 {
-            let mut between = |low: f64, high: f64| (low + (high - low) * random.next()) as i32;
-            let reach = [300.0, 16_383.0][round % 2];
-            let mut corners = [[[0; 8]; 2]; 3];
-            let mut depth = [[0.0; 8]; 3];
-            for lane in 0..8 {
-                let far = [0.0, 12_500_000.0, -12_500_000.0][(round + lane) % 3];
-                for axis in [0, 1] {
-                    let first = far as i32 + between(-50_000.0, 50_000.0);
-                    corners[0][axis][lane] = first;
-                    corners[1][axis][lane] = first + between(0.0, reach);
-                    corners[2][axis][lane] = first + between(-0.0, reach);
-                }
-                for corner in &mut depth {
-                    corner[lane] = f64::from(between(0.0, 1e9)) * 1e-9;
-                }
-            }
-            let sides = [1, 2, 0].map(|from| (from, (from + 1) % 3));
-            let area = |lane: usize| {
-                let way = |corner: usize, axis: usize| {
-                    i64::from(corners[corner][axis][lane] - corners[0][axis][lane])
-                };
-                way(1, 0) * way(2, 1) - way(2, 0) * way(1, 1)
-            };
-            for level in levels().into_iter().filter(|level| !level.is_fallback()) {
-                let planes = dispatch_wide!(level, simd => {
-                    let of = |axis: usize| sides.map(|(from, to)| {
-                        i32x8::simd_from(simd, corners[to][axis]) - i32x8::simd_from(simd, corners[from][axis])
-                    });
-                    let areas = [0, 1, 2, 3, 4, 5, 6, 7].map(|lane| area(lane) as i32);
-                    let corners = Corners8 {
-                        area: i32x8::simd_from(simd, areas),
-                        corner: corners[0].map(|along| i32x8::simd_from(simd, along)),
-                        drop: of(1),
-                        run: of(0),
-                        depth: &depth,
-                    };
-                    Planes8::new(simd, corners.planes(simd))
-                });
-                for lane in 0..8 {
-                    let of = |axis: usize| {
-                        sides.map(|(from, to)| {
-                            i64::from(corners[to][axis][lane])
-                                - i64::from(corners[from][axis][lane])
-                        })
-                    };
-                    let depth = depth.map(|corner| corner[lane]);
-                    let corner = corners[0].map(|along| i64::from(along[lane]));
-                    let one = depth_plane(depth, of(1), of(0), area(lane) as f64, corner);
-                    let got = planes.of(lane, depth);
-                    assert_eq!(format!("{got:?}"), format!("{one:?}"), "{level:?}");
-                }
-            }
         }
     }
 }

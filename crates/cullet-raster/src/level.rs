@@ -11,43 +11,26 @@ macro_rules! dispatch_wide {
     ($level:expr, $simd:ident => $op:expr) => {
         match $level {
             #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
-            fearless_simd::Level::Avx512($simd) => fearless_simd::Simd::vectorize(
-                $simd,
-                #[inline(always)]
-                || $op,
-            ),
+            fearless_simd::Level::Avx512($simd) => dispatch_wide!(@run $simd => $op),
             #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
-            fearless_simd::Level::Avx2($simd) => fearless_simd::Simd::vectorize(
-                $simd,
-                #[inline(always)]
-                || $op,
-            ),
+            fearless_simd::Level::Avx2($simd) => dispatch_wide!(@run $simd => $op),
             #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
-            fearless_simd::Level::Sse4_2($simd) => fearless_simd::Simd::vectorize(
-                $simd,
-                #[inline(always)]
-                || $op,
-            ),
+            fearless_simd::Level::Sse4_2($simd) => dispatch_wide!(@run $simd => $op),
             #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
-            fearless_simd::Level::Sse2($simd) => fearless_simd::Simd::vectorize(
-                $simd,
-                #[inline(always)]
-                || $op,
-            ),
+            fearless_simd::Level::Sse2($simd) => dispatch_wide!(@run $simd => $op),
             #[cfg(target_arch = "aarch64")]
-            fearless_simd::Level::Neon($simd) => fearless_simd::Simd::vectorize(
-                $simd,
-                #[inline(always)]
-                || $op,
-            ),
+            fearless_simd::Level::Neon($simd) => dispatch_wide!(@run $simd => $op),
             #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
-            fearless_simd::Level::WasmSimd128($simd) => fearless_simd::Simd::vectorize(
-                $simd,
-                #[inline(always)]
-                || $op,
-            ),
+            fearless_simd::Level::WasmSimd128($simd) => dispatch_wide!(@run $simd => $op),
             _ => unreachable!("the plain code serves machines without wide registers"),
         }
+    };
+    (@run $simd:ident => $op:expr) => {
+        fearless_simd::Simd::vectorize(
+            $simd,
+            #[inline(always)]
+            || $op,
+        )
     };
 }
 

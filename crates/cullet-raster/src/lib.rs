@@ -16,6 +16,7 @@
 //! Pixels are sampled at their centres.
 
 mod assembly;
+mod blocks;
 mod clip;
 mod cover;
 mod depth;
@@ -27,6 +28,7 @@ mod fragment;
 mod interpolate;
 mod level;
 mod patch;
+mod piece;
 mod placed;
 mod plain;
 mod precision;

@@ -6,8 +6,9 @@
 
 use fearless_simd::{Simd, f32x16, f64x8, i16x32, i32x16, mask32x16, prelude::*, u32x16};
 
+use crate::blocks::Columns;
 use crate::depth::reversed_key;
-use crate::fill::{Columns, KeepSample, TileTriangle, shift, wins_of};
+use crate::fill::{KeepSample, TileTriangle, shift, wins_of};
 use crate::samples::{Offset, Samples};
 use crate::tile::TileBuffer;
 

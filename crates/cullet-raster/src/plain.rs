@@ -6,9 +6,10 @@
 use glam::Vec3;
 
 use crate::assembly::{Assembly, Cluster, Object};
+use crate::cover::{DepthPlane, Edges};
 use crate::depth::{DepthFormat, ReversedF32, StandardF32, StandardU16, StandardU24};
-use crate::draw::pixels_in_tile;
-use crate::fill::{KeepSample, fill_plain};
+use crate::fill::KeepSample;
+use crate::piece::pixels_in_tile;
 use crate::precision::{DepthKind, SubpixelBits};
 use crate::setup::{Placer, ScreenTriangle, SetupCounters, Triangles, Vertex, set_up};
 use crate::tile::{TileBuffer, TileRect};
@@ -115,4 +116,47 @@ fn rect_of<const BITS: u32>(tile: &TileBuffer, triangle: &ScreenTriangle) -> Opt
     let y = pixels_in_tile::<BITS>([a.y, b.y, c.y], top, reach, side);
     let holds = x[0] < x[1] && y[0] < y[1];
     holds.then(|| TileRect { x: x.map(|at| at as usize), y: y.map(|at| at as usize) })
+}
+
+/// Draws a screen triangle sample by sample, in 64-bit integers: for triangles that do not fit the
+/// wide code, and for every other grid of positions and format of depth.
+pub(crate) fn fill_plain<D: DepthFormat, const BITS: u32>(
+    tile: &mut TileBuffer,
+    triangle: &ScreenTriangle,
+    rect: TileRect,
+    mut keep: Option<&mut KeepSample<'_>>,
+) -> u32 {
+    tile.touch(rect, i32::MAX);
+    let (stride, n_samples) = (tile.stride_px(), tile.samples().count());
+    let [left, top] = tile.origin().map(i64::from);
+    let mut written = 0;
+    let centre = Edges::new::<BITS>(triangle, [0, 0]);
+    let depth = DepthPlane::new::<BITS>(triangle, &centre);
+    for (sample, offset) in tile.samples().offsets().iter().enumerate() {
+        // Sixteenths are whole units from four subpixel bits on.
+        let units = offset.map(|sixteenths| (i64::from(sixteenths) << BITS) / 16);
+        let edges = Edges::new::<BITS>(triangle, units);
+        let [x_shift, y_shift] = offset.map(|sixteenths| f64::from(sixteenths) / 16.0);
+        for row in rect.y[0]..rect.y[1] {
+            let y = top + row as i64;
+            let columns = rect.x.map(|column| left + column as i64);
+            let (first, last) = edges.row::<BITS>(y).covered(columns[0], columns[1]);
+            let in_row = depth.row(y as f64 + y_shift);
+            for x in first..last {
+                let at = (row * stride + (x - left) as usize) * n_samples + sample;
+                let (key_at, id_at) = (tile.starts[0] + at, tile.starts[1] + at);
+                let key = D::key(D::encode(depth.at(in_row, x as f64 + x_shift)));
+                let old = (tile.keys[key_at], tile.ids[id_at]);
+                let wins = key > old.0 || (key == old.0 && triangle.id < old.1);
+                let place = [16 * x as i32 + 8 + offset[0], 16 * y as i32 + 8 + offset[1]];
+                if wins
+                    && keep.as_deref_mut().is_none_or(|keep| keep(triangle.id, place, 1) & 1 == 1)
+                {
+                    (tile.keys[key_at], tile.ids[id_at]) = (key, triangle.id);
+                    written += 1;
+                }
+            }
+        }
+    }
+    written
 }

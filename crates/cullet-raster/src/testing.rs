@@ -15,3 +15,13 @@ pub(crate) fn levels() -> Vec<Level> {
     levels.push(Level::Fallback(Fallback::new()));
     levels
 }
+
+/// Pseudo-random numbers in `0..1`.
+pub(crate) struct Random(pub u64);
+
+impl Random {
+    pub fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+        (self.0 >> 40) as f64 / (1u64 << 24) as f64
+    }
+}

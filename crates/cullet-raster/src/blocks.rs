@@ -1,0 +1,231 @@
+//! Large triangles within a tile, block by block of 8 x 8 pixels: past those outside an edge, and those where
+//! everything is nearer.
+//!
+//! Sources: Abrash 2009, "Rasterization on Larrabee"; Greene, Kass & Miller 1993 for the depths of blocks.
+
+use fearless_simd::Simd;
+
+use crate::fill::{KeepSample, TileDepth, TileTriangle, shift};
+use crate::samples::Offset;
+use crate::tile::{BLOCK, TileBuffer, TileRect};
+
+/// Eight columns of pixels, in some grid of samples.
+pub(crate) trait Columns<S: Simd> {
+    /// What all columns of a triangle share.
+    type Setup;
+
+    /// From column `x` on.
+    fn at(
+        simd: S,
+        tile: &TileBuffer,
+        triangle: &TileTriangle,
+        setup: &Self::Setup,
+        x: usize,
+    ) -> Self;
+
+    /// Draws some rows; returns how many samples were won. Without `PARTLY` all samples are covered, and
+    /// their depths need no clamp.
+    fn rows<const PARTLY: bool>(
+        &self,
+        simd: S,
+        tile: &mut TileBuffer,
+        triangle: &TileTriangle,
+        rows: [usize; 2],
+        keep: Option<&mut KeepSample<'_>>,
+    ) -> u32;
+
+    /// [`Columns::rows`] where all samples are covered and nearer than what is there.
+    fn rows_in_front(
+        &self,
+        simd: S,
+        tile: &mut TileBuffer,
+        triangle: &TileTriangle,
+        rows: [usize; 2],
+    ) -> u32;
+}
+
+/// Draws a triangle that may fill whole blocks, in any grid; `offsets` are the tile's. Returns how many samples were
+/// won.
+#[inline(always)]
+pub(crate) fn fill_blocks<S: Simd, C: Columns<S>, const N: usize>(
+    simd: S,
+    tile: &mut TileBuffer,
+    triangle: &TileTriangle,
+    offsets: &[Offset; N],
+    setup: &C::Setup,
+    mut keep: Option<&mut KeepSample<'_>>,
+) -> u32 {
+    let TileTriangle { rect, .. } = *triangle;
+    let per_row = tile.side() / BLOCK;
+    let range = Range::new(tile, triangle.depth);
+    let [_, nearest] = range.of(range.columns(rect.x), rect.y);
+    if tile.hides_wide(simd, rect, triangle.depth.clamped(nearest)) {
+        return 0;
+    }
+    let edges = BlockEdges::new(triangle, offsets);
+    let mut written = 0;
+    let mut x = rect.x[0] / BLOCK * BLOCK;
+    while x < rect.x[1] {
+        let column = C::at(simd, tile, triangle, setup, x);
+        let across = edges.across(triangle, x);
+        let ways = range.columns([x, x + 8]);
+        let mut y = rect.y[0];
+        while y < rect.y[1] {
+            let end = (y / BLOCK * BLOCK + BLOCK).min(rect.y[1]);
+            let rows = [y, end];
+            y = end;
+            if across.misses(triangle, rows) {
+                continue;
+            }
+            let block = rows[0] / BLOCK * per_row + x / BLOCK;
+            let [farthest, nearest] = range.of(ways, rows);
+            let nearest_key = triangle.depth.clamped(nearest);
+            if tile.block_hides(simd, block, nearest_key) {
+                continue;
+            }
+            let is_whole =
+                across.fills(triangle, rows) && triangle.depth.needs_no_clamp(farthest, nearest);
+            if is_whole && keep.is_none() {
+                let farthest_key = triangle.depth.clamped(farthest);
+                written += match tile.block_is_behind(block, farthest_key) {
+                    true => column.rows_in_front(simd, tile, triangle, rows),
+                    false => column.rows::<false>(simd, tile, triangle, rows, None),
+                };
+                if rows[1] - rows[0] == BLOCK {
+                    tile.cover_block(block, [farthest_key, nearest_key]);
+                    continue;
+                }
+            } else {
+                let keep = keep.as_deref_mut();
+                written += column.rows::<true>(simd, tile, triangle, rows, keep);
+            }
+            tile.touch(TileRect { x: [x, x + 1], y: rows }, nearest_key);
+        }
+        x += 8;
+    }
+    written
+}
+
+/// How far samples reach beyond the centres of their pixels, in edge values.
+struct BlockEdges {
+    /// The least and the most that any sample adds to the value of each edge.
+    least: [i32; 3],
+    most: [i32; 3],
+}
+
+impl BlockEdges {
+    #[inline(always)]
+    fn new<const N: usize>(triangle: &TileTriangle, offsets: &[Offset; N]) -> Self {
+        // One by one: of lists of three the compiler makes masked moves.
+        let [a, b, c] = [
+            reach_of(triangle, 0, offsets),
+            reach_of(triangle, 1, offsets),
+            reach_of(triangle, 2, offsets),
+        ];
+        BlockEdges { least: [a[0], b[0], c[0]], most: [a[1], b[1], c[1]] }
+    }
+
+    /// In eight columns from `x` on.
+    #[inline(always)]
+    fn across(&self, TileTriangle { rect, value, left, .. }: &TileTriangle, x: usize) -> Across {
+        let way = x as i32 - rect.x[0] as i32;
+        let mut across = Across { least: self.least, most: self.most };
+        for edge in 0..3 {
+            let first = value[edge] - left[edge] * way;
+            let last = first - left[edge] * 7;
+            across.least[edge] += first.min(last);
+            across.most[edge] += first.max(last);
+        }
+        across
+    }
+}
+
+/// The least and the most that any sample adds to the value of an edge.
+#[inline(always)]
+fn reach_of<const N: usize>(
+    TileTriangle { rest, left, down, .. }: &TileTriangle,
+    edge: usize,
+    offsets: &[Offset; N],
+) -> [i32; 2] {
+    let (mut least, mut most) = (i32::MAX, i32::MIN);
+    for offset in offsets {
+        let shift = shift(rest[edge], left[edge], down[edge], *offset);
+        (least, most) = (least.min(shift), most.max(shift));
+    }
+    [least, most]
+}
+
+/// The least and the greatest edge values in eight columns, in the first row of a triangle.
+struct Across {
+    least: [i32; 3],
+    most: [i32; 3],
+}
+
+impl Across {
+    /// Whether no sample of some rows is inside all edges.
+    #[inline(always)]
+    #[expect(clippy::needless_range_loop, reason = "iterators beside vectors may become calls")]
+    fn misses(&self, TileTriangle { rect, down, .. }: &TileTriangle, rows: [usize; 2]) -> bool {
+        for edge in 0..3 {
+            let row = if down[edge] > 0 { rows[1] - 1 } else { rows[0] };
+            let way = down[edge] * (row - rect.y[0]) as i32;
+            if self.most[edge] + way < 0 {
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Whether all samples of some rows are inside all edges.
+    #[inline(always)]
+    #[expect(clippy::needless_range_loop, reason = "iterators beside vectors may become calls")]
+    fn fills(&self, TileTriangle { rect, down, .. }: &TileTriangle, rows: [usize; 2]) -> bool {
+        for edge in 0..3 {
+            let row = if down[edge] < 0 { rows[1] - 1 } else { rows[0] };
+            let way = down[edge] * (row - rect.y[0]) as i32;
+            if self.least[edge] + way < 0 {
+                return false;
+            }
+        }
+        true
+    }
+}
+
+/// The least and the greatest depth, before clamping, that a triangle's plane can have in parts of a tile:
+/// rounding keeps the order of depths along x and along y, so they are found at corners.
+struct Range {
+    depth: TileDepth,
+    /// Upper left corner of the tile in the picture, px.
+    origin: [i32; 2],
+    /// How far samples are from the centres of their pixels, px.
+    reach: f64,
+}
+
+impl Range {
+    #[inline(always)]
+    fn new(tile: &TileBuffer, depth: TileDepth) -> Self {
+        Range { depth, origin: tile.origin(), reach: f64::from(tile.samples().reach()) / 16.0 }
+    }
+
+    /// What the way to some columns adds to the depth, at the far end and at the near one.
+    #[inline(always)]
+    fn columns(&self, [start, end]: [usize; 2]) -> [f64; 2] {
+        let TileDepth { ddx, origin, .. } = self.depth;
+        let first = f64::from(self.origin[0] + start as i32) - self.reach;
+        let last = f64::from(self.origin[0] + end as i32 - 1) + self.reach;
+        let (far, near) = if ddx > 0.0 { (first, last) } else { (last, first) };
+        [ddx * (far - origin[0]), ddx * (near - origin[0])]
+    }
+
+    /// In some columns and rows; operation by operation as in the rows.
+    #[inline(always)]
+    fn of(&self, [way_far, way_near]: [f64; 2], [start, end]: [usize; 2]) -> [f64; 2] {
+        let TileDepth { depth, ddy, origin, .. } = self.depth;
+        let first = f64::from(self.origin[1] + start as i32) - self.reach;
+        let last = f64::from(self.origin[1] + end as i32 - 1) + self.reach;
+        let (far, near) = if ddy > 0.0 { (first, last) } else { (last, first) };
+        let row_far = depth + ddy * (far - origin[1]);
+        let row_near = depth + ddy * (near - origin[1]);
+        [row_far + way_far, row_near + way_near]
+    }
+}
