@@ -145,7 +145,7 @@ impl TileBuffer {
     }
 
     /// The source triangles of all samples from a pixel of the tile on, those of a pixel side by side, and how
-    /// many there are from a row to the next. After a row come at least eight pixels that mean nothing.
+    /// many there are from a row to the next. After a row come at least sixteen pixels that mean nothing.
     pub fn ids_from(&self, [column, row]: [u32; 2]) -> (&[u32], usize) {
         let n_samples = self.samples.count();
         let at = row as usize * self.stride_px() + column as usize;

@@ -1,11 +1,11 @@
 //! Data that a tile has by itself, without asking any triangle: distances from depth keys, numbers
 //! from ids.
 
-use cullet_raster::{NO_TRIANGLE, Precision, TileBuffer};
+use cullet_raster::{NO_TRIANGLE, Precision, TileBuffer, prefetch};
 use cullet_transform::{Kind, View};
-use fearless_simd::{Level, Simd, dispatch, f32x8, i32x8, prelude::*, u32x8};
+use fearless_simd::{Level, Simd, dispatch, prelude::*};
 
-use crate::frame::Target;
+use crate::frame::{ROWS_AHEAD, Target};
 use crate::{Pass, Passes, Prepared, Region};
 
 /// Distance along the view axis from reversed depth in perspective: `shift / (depth + scale)`,
@@ -38,39 +38,59 @@ impl Distance {
         self.shift / (f32::from_bits(key as u32) + self.scale)
     }
 
-    /// Of rows, infinite where there is no triangle.
+    /// Of rows, infinite where there is no triangle. Returns how many show one.
     #[inline(always)]
-    fn of_rows<S: Simd>(self, simd: S, rows: &Rows<'_>, out: &mut [f32], out_stride: usize) {
+    fn of_rows<S: Simd>(self, simd: S, rows: &Rows<'_>, out: &mut [f32], out_stride: usize) -> u64 {
         let Rows { keys, ids, stride, width, height } = *rows;
+        let n = S::f32s::LEN;
+        let mut shown = S::i32s::splat(simd, 0);
+        let mut n_shown = 0;
         for row in 0..height {
             let (keys, ids) = (&keys[row * stride..], &ids[row * stride..]);
-            let out = &mut out[row * out_stride..][..width];
             // By index: iterators side by side are a call each, and slow, in code for wide registers.
+            let mut ahead = 0;
+            while ahead < width {
+                prefetch(out, (row + ROWS_AHEAD) * out_stride + ahead);
+                ahead += 16;
+            }
+            let out = &mut out[row * out_stride..][..width];
             let mut i = 0;
-            while i + 8 <= width {
-                self.of_eight(simd, keys, ids, i).store_slice(&mut out[i..i + 8]);
-                i += 8;
+            while i + n <= width {
+                let (distance, is_there) = self.of_vector(simd, keys, ids, i);
+                distance.store_slice(&mut out[i..i + n]);
+                shown -= is_there.to_vector();
+                i += n;
             }
             if i < width {
-                let rest: [f32; 8] = self.of_eight(simd, keys, ids, i).into();
-                out[i..].copy_from_slice(&rest[..width - i]);
+                let (distance, is_there) = self.of_vector(simd, keys, ids, i);
+                out[i..].copy_from_slice(&distance.as_slice()[..width - i]);
+                let rest = is_there.to_bitmask() & ((1 << (width - i)) - 1);
+                n_shown += u64::from(rest.count_ones());
             }
         }
+        n_shown + shown.reduce_sum() as u64
     }
 
-    /// Of eight from the `first` on.
+    /// Of as many as a register holds from the `first` on, and which show a triangle.
     #[inline(always)]
-    fn of_eight<S: Simd>(self, simd: S, keys: &[i32], ids: &[u32], first: usize) -> f32x8<S> {
-        let key = i32x8::from_slice(simd, &keys[first..first + 8]);
-        let id = u32x8::from_slice(simd, &ids[first..first + 8]);
-        let depth: f32x8<S> = key.bitcast();
-        let distance = f32x8::splat(simd, self.shift) / (depth + self.scale);
-        let nothing = u32x8::splat(simd, NO_TRIANGLE);
-        id.simd_eq(nothing).select(f32x8::splat(simd, f32::INFINITY), distance)
+    fn of_vector<S: Simd>(
+        self,
+        simd: S,
+        keys: &[i32],
+        ids: &[u32],
+        first: usize,
+    ) -> (S::f32s, S::mask32s) {
+        let n = S::f32s::LEN;
+        let key = S::i32s::from_slice(simd, &keys[first..first + n]);
+        let id = S::u32s::from_slice(simd, &ids[first..first + n]);
+        let depth: S::f32s = key.bitcast();
+        let distance = S::f32s::splat(simd, self.shift) / (depth + self.scale);
+        let is_there = !id.simd_eq(S::u32s::splat(simd, NO_TRIANGLE));
+        (is_there.select(distance, S::f32s::splat(simd, f32::INFINITY)), is_there)
     }
 }
 
-/// A rectangle of a tile: rows of `width`, `stride` values from each to the next, and at least eight that
+/// A rectangle of a tile: rows of `width`, `stride` values from each to the next, and at least sixteen that
 /// mean nothing after the last.
 struct Rows<'r> {
     keys: &'r [i32],
@@ -80,27 +100,12 @@ struct Rows<'r> {
     height: usize,
 }
 
-/// How many of some rows show something.
-#[inline(always)]
-fn count<S: Simd>(simd: S, rows: &Rows<'_>) -> u64 {
-    let (nothing, one) = (u32x8::splat(simd, NO_TRIANGLE), u32x8::splat(simd, 1));
-    let mut sum = u32x8::splat(simd, 0);
-    let mut n = 0;
-    for row in 0..rows.height {
-        let ids = &rows.ids[row * rows.stride..];
-        let mut i = 0;
-        while i + 8 <= rows.width {
-            let id = u32x8::from_slice(simd, &ids[i..i + 8]);
-            sum += id.simd_eq(nothing).select(u32x8::splat(simd, 0), one);
-            i += 8;
-        }
-        if i < rows.width {
-            let id = u32x8::from_slice(simd, &ids[i..i + 8]);
-            let rest = !id.simd_eq(nothing).to_bitmask() & 0xff >> (8 - (rows.width - i));
-            n += u64::from(rest.count_ones());
-        }
+impl Rows<'_> {
+    /// How many pixels show something.
+    fn n_shown(&self) -> u64 {
+        let rows = self.ids.chunks(self.stride).take(self.height);
+        rows.flat_map(|ids| &ids[..self.width]).filter(|id| **id != NO_TRIANGLE).count() as u64
     }
-    n + u64::from(sum.reduce_sum())
 }
 
 /// Fills those of `passes` that need nothing but `tile`, whose pixel `place` is the upper left one of
@@ -122,10 +127,12 @@ pub(crate) fn fill_data(
     let distance = distance.filter(|_| passes.contains(Pass::Depth));
     let (with_id, with_triangle) = (passes.contains(Pass::Id), passes.contains(Pass::Triangle));
     let rows = Rows { keys, ids, stride, width, height };
-    let n_pixels = dispatch!(level, simd => count(simd, &rows));
-    if let Some(distance) = distance {
-        dispatch!(level, simd => distance.of_rows(simd, &rows, out.depth, out.stride));
-    }
+    let n_shown = match distance {
+        Some(distance) => {
+            dispatch!(level, simd => distance.of_rows(simd, &rows, out.depth, out.stride))
+        }
+        None => rows.n_shown(),
+    };
     for row in 0..height {
         let ids = &ids[row * stride..][..width];
         let to = row * out.stride..row * out.stride + width;
@@ -148,7 +155,7 @@ pub(crate) fn fill_data(
     if distance.is_some() {
         filled = filled.with(Pass::Depth);
     }
-    (filled, n_pixels)
+    (filled, n_shown)
 }
 
 #[cfg(test)]
@@ -189,7 +196,7 @@ mod tests {
         for ((name, level), width) in levels.flat_map(|level| (1..=24).map(move |n| (level, n))) {
             let rows = Rows { keys: &keys, ids: &ids, stride, width, height: 3 };
             let mut out = vec![-1.0; 3 * 30];
-            dispatch!(level, simd => distance.of_rows(simd, &rows, &mut out, 30));
+            let shown = dispatch!(level, simd => distance.of_rows(simd, &rows, &mut out, 30));
             let mut n = 0;
             for (row, column) in (0..3).flat_map(|row| (0..30).map(move |column| (row, column))) {
                 let at = row * stride + column;
@@ -201,7 +208,7 @@ mod tests {
                 n += u64::from((0.0..f32::INFINITY).contains(&want));
                 assert_eq!(out[row * 30 + column], want, "{name} {width} {row} {column}");
             }
-            assert_eq!(dispatch!(level, simd => count(simd, &rows)), n, "{name} {width}");
+            assert_eq!((shown, rows.n_shown()), (n, n), "{name} {width}");
         }
     }
 
