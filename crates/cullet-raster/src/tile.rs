@@ -19,7 +19,7 @@ pub(crate) const BLOCK: usize = 8;
 const MARGIN: usize = LINE;
 
 /// How many things must be found hidden block by block before the whole tile is looked at again.
-const HIDDEN_TILL_ALL: u32 = 4;
+const HIDDEN_TILL_ALL: u32 = 2;
 
 /// Values in a cache line.
 const LINE: usize = 16;
@@ -81,13 +81,14 @@ impl TileBuffer {
         if is_alike && n_touched <= n_blocks / 2 {
             self.clear_touched();
         } else {
-            self.keys.clear();
             // Beyond the last row, another, for rows are drawn two at a time, and what that reaches into from its
             // last column on.
             let n = samples.count() * self.stride_px() * (side + 2) + LINE;
             self.keys.resize(n, 0);
-            self.ids.clear();
-            self.ids.resize(n, NO_TRIANGLE);
+            self.ids.resize(n, 0);
+            // All of it by itself: bytes that are alike are set many at a time, unlike what is added by the way.
+            self.keys.fill(0);
+            self.ids.fill(NO_TRIANGLE);
             let start = |offset: usize| offset.min(LINE); // no promise is given that it is known
             self.starts = [
                 start(self.keys.as_ptr().align_offset(4 * LINE)),
