@@ -122,6 +122,15 @@ impl TileScratch {
 }
 
 impl TileDrawer<'_> {
+    /// How many tiles of a row hold nothing, from one on.
+    pub fn n_empty(&self, [column, row]: [u32; 2]) -> u32 {
+        let is_empty = |column: &u32| {
+            let tile = (row * self.grid.size[0] + column) as usize;
+            self.bins.of(tile).is_empty()
+        };
+        (column..self.grid.size[0]).take_while(is_empty).count() as u32
+    }
+
     /// Draws the tile in a column and a row of the grid into the buffer of `scratch`.
     pub fn tile(
         &self,
