@@ -14,10 +14,16 @@ pub(crate) struct Depth4<S: Simd> {
 }
 
 impl<S: Simd> Depth4<S> {
-    /// Reversed depth, before clamping, at points of the picture, pixels; centres have whole numbers here.
+    /// What reversed depth, before clamping, has from the row alone, at points of the picture, pixels; centres have
+    /// whole numbers here.
     #[inline(always)]
-    pub fn at(&self, x: f64x4<S>, y: f64x4<S>) -> f64x4<S> {
-        let row = self.depth + self.ddy * (y - self.origin[1]);
+    pub fn row(&self, y: f64x4<S>) -> f64x4<S> {
+        self.depth + self.ddy * (y - self.origin[1])
+    }
+
+    /// Reversed depth in a row.
+    #[inline(always)]
+    pub fn in_row(&self, row: f64x4<S>, x: f64x4<S>) -> f64x4<S> {
         row + self.ddx * (x - self.origin[0])
     }
 }

@@ -13,6 +13,9 @@ use crate::tile::{TileBuffer, TileRect};
 /// Boxes of at most this many pixels along each axis are drawn here.
 pub(crate) const SMALL: i32 = 6;
 
+/// Pixels of a box that are looked at before samples are tried: as many as a word has bits for, and at least a row.
+const STEPS: usize = 8;
+
 /// Eight triangles in a tile; those that are not to be drawn may hold anything.
 pub(crate) struct Small<'s, S: Simd> {
     /// First pixel of the box, in the tile, and how many there are.
@@ -40,7 +43,6 @@ impl<S: Simd> Small<'_, S> {
         let (width, height) = (wanted.select(self.width, zero), wanted.select(self.height, zero));
         let (columns, rows) = (width.reduce_max(), height.reduce_max());
         let (stride, [left, top]) = (tile.stride_px(), tile.origin());
-        let first: [i32; 8] = (self.y * stride as i32 + self.x).into();
         let (first_x, first_y) = (widened(simd, self.x + left), widened(simd, self.y + top));
         let planes = &self.planes;
         let [lowest, highest] = self.limits(simd);
@@ -51,42 +53,58 @@ impl<S: Simd> Small<'_, S> {
         let ids = &mut tile.ids[ids_start..][..n];
         let mut in_row = self.value;
         let (mut written, mut touched) = (0, 0_u64);
-        for row in 0..rows {
-            let in_rows = height.simd_gt(row);
-            let mut value = in_row;
-            for column in 0..columns {
-                let in_box = in_rows & width.simd_gt(column);
-                let signs = value[0] | value[1] | value[2];
-                let mut covered = (signs.simd_ge(0) & in_box).to_bitmask();
-                if covered != 0 {
-                    let (x, y) = (f64::from(column), f64::from(row));
-                    let low = planes[0].at(first_x[0] + x, first_y[0] + y);
-                    let high = planes[1].at(first_x[1] + x, first_y[1] + y);
+        // Of several steps, each of a pixel of all boxes: what is covered, a bit each, with which keys, and where.
+        let mut step_keys = [0; 8 * STEPS];
+        let mut step_places = [0; 8 * STEPS];
+        let first: i32x8<S> = self.y * stride as i32 + self.x;
+        let mut row = 0;
+        while row < rows {
+            let (mut covered, mut step) = (0_u64, 0);
+            loop {
+                let in_rows = height.simd_gt(row);
+                let y = f64::from(row);
+                let low_row = planes[0].row(first_y[0] + y);
+                let high_row = planes[1].row(first_y[1] + y);
+                let mut value = in_row;
+                let mut column = 0;
+                while column < columns {
+                    let in_box = in_rows & width.simd_gt(column);
+                    let signs = value[0] | value[1] | value[2];
+                    covered |= (signs.simd_ge(0) & in_box).to_bitmask() << (8 * step);
+                    let x = f64::from(column);
+                    let low = planes[0].in_row(low_row, first_x[0] + x);
+                    let high = planes[1].in_row(high_row, first_x[1] + x);
                     let depth = clamp(low.narrow(high), lowest, highest);
                     let key: i32x8<S> = (depth + 0.0).bitcast();
-                    let key: [i32; 8] = key.into();
-                    let start = row as usize * stride + column as usize;
-                    let mut won = 0_u64;
-                    while covered != 0 {
-                        let lane = covered.trailing_zeros() as usize % 8;
-                        covered &= covered - 1;
-                        let at = start + first[lane] as usize;
-                        let old_key = keys[at];
-                        if key[lane] < old_key {
-                            continue;
-                        }
-                        if key[lane] > old_key || self.id[lane] < ids[at] {
-                            (keys[at], ids[at]) = (key[lane], self.id[lane]);
-                            won |= 1 << lane;
-                        }
-                    }
-                    touched |= won;
-                    written += won.count_ones();
+                    let place = first + (row * stride as i32 + column);
+                    let at = 8 * (step % STEPS);
+                    key.store_slice(&mut step_keys[at..at + 8]);
+                    place.store_slice(&mut step_places[at..at + 8]);
+                    value =
+                        [value[0] - self.left[0], value[1] - self.left[1], value[2] - self.left[2]];
+                    column += 1;
+                    step += 1;
                 }
-                value = [value[0] - self.left[0], value[1] - self.left[1], value[2] - self.left[2]];
+                let down = &self.down;
+                in_row = [in_row[0] + down[0], in_row[1] + down[1], in_row[2] + down[2]];
+                row += 1;
+                if row == rows || step + columns as usize > STEPS {
+                    break;
+                }
             }
-            let down = &self.down;
-            in_row = [in_row[0] + down[0], in_row[1] + down[1], in_row[2] + down[2]];
+            while covered != 0 {
+                let sample = covered.trailing_zeros() as usize % (8 * STEPS);
+                covered &= covered - 1;
+                let (key, at) = (step_keys[sample], step_places[sample] as usize);
+                let id = self.id[sample % 8];
+                let (old_key, old_id) = (keys[at], ids[at]);
+                // No branch: nobody could foresee it.
+                let wins = (key > old_key) | ((key == old_key) & (id < old_id));
+                keys[at] = if wins { key } else { old_key };
+                ids[at] = if wins { id } else { old_id };
+                touched |= u64::from(wins) << (sample % 8);
+                written += u32::from(wins);
+            }
         }
         self.touch(tile, touched);
         written
