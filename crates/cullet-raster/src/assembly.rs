@@ -6,7 +6,7 @@
 //! kept as screen triangles.
 
 use cullet_transform::{ClipPoint, PlaneMask, Viewport};
-use fearless_simd::{Level, Simd, i32x8, prelude::*, u32x8};
+use fearless_simd::{Level, Simd, i32x8, mask32x8, prelude::*, u32x8};
 use glam::{DMat4, Vec3};
 
 use crate::clip::{GuardBand, Polygon};
@@ -65,13 +65,13 @@ pub struct Object {
 #[derive(Clone, Debug)]
 pub struct Assembly {
     pub(crate) placed: Placed,
-    /// How many triangles there are in the following.
+    /// How many places there are in the following, in whole groups of eight.
     pub(crate) n: usize,
-    /// Corners, clockwise as seen.
-    pub(crate) corners: [[u8; 4]; MAX_TRIANGLES],
+    /// Corners, clockwise as seen, a byte each from the lowest on.
+    pub(crate) corners: [u32; MAX_TRIANGLES],
     pub(crate) ids: [u32; MAX_TRIANGLES],
-    /// Borders, units: left, right, upper, lower. The last group of eight is filled up with
-    /// what no tile reaches.
+    /// Borders, units: left, right, upper, lower. At places of triangles that are not drawn the left one is to the
+    /// right of the right one, beyond every tile.
     pub(crate) borders: [[i32; MAX_TRIANGLES]; 4],
     /// Clipped and large triangles, nearest first; all triangles, where the wide code does not serve.
     pub(crate) pieces: Vec<ScreenTriangle>,
@@ -92,7 +92,7 @@ impl Default for Assembly {
         Assembly {
             placed: Placed::default(),
             n: 0,
-            corners: [[0; 4]; MAX_TRIANGLES],
+            corners: [0; MAX_TRIANGLES],
             ids: [0; MAX_TRIANGLES],
             borders: [[0; MAX_TRIANGLES]; 4],
             pieces: Vec::new(),
@@ -106,8 +106,8 @@ impl Default for Assembly {
     }
 }
 
-/// Borders of nothing: left and upper, right and lower.
-const NOWHERE: [i32; 2] = [i32::MAX / 2, i32::MIN / 2];
+/// A left border beyond all others.
+const NOWHERE: i32 = i32::MAX / 2;
 
 impl Assembly {
     /// Makes it that of `cluster`, to be drawn with the instructions of `level`.
@@ -191,11 +191,6 @@ impl Job<'_> {
         for first in (0..n).step_by(8) {
             self.eight(simd, first, (n - first).min(8));
         }
-        let end = self.out.n.next_multiple_of(8);
-        let [left, right, upper, lower] = &mut self.out.borders;
-        for i in self.out.n..end {
-            ([left[i], right[i]], [upper[i], lower[i]]) = (NOWHERE, NOWHERE);
-        }
     }
 
     #[inline(always)]
@@ -248,22 +243,31 @@ impl Job<'_> {
         counters.n_drawn += u64::from(drawn.count_ones());
 
         drawn &= hold_samples([left, right, upper, lower], self.object.samples);
-        let turned = turned(simd, corners, area);
-        let [left, right]: [[i32; 8]; 2] = [left.into(), right.into()];
-        let [upper, lower]: [[i32; 8]; 2] = [upper.into(), lower.into()];
-        let out = &mut *self.out;
-        let [lefts, rights, uppers, lowers] = &mut out.borders;
-        let mut i = out.n;
-        while drawn != 0 {
-            let lane = drawn.trailing_zeros() as usize % 8;
-            drawn &= drawn - 1;
-            out.corners[i] = turned[lane].to_le_bytes();
-            out.ids[i] = self.object.first_id + self.cluster.ids[first + lane];
-            (lefts[i], rights[i]) = (left[lane], right[lane]);
-            (uppers[i], lowers[i]) = (upper[lane], lower[lane]);
-            i += 1;
+        if drawn != 0 {
+            let ids = match self.cluster.ids[first..].first_chunk() {
+                Some(eight) => *eight,
+                None => {
+                    let mut ids = [0; 8];
+                    ids[..n].copy_from_slice(&self.cluster.ids[first..first + n]);
+                    ids
+                }
+            };
+            let ids = u32x8::simd_from(simd, ids) + self.object.first_id;
+            // All eight as they are: what is not drawn lies nowhere. To pack what is drawn takes longer than to
+            // pass it over.
+            let drawn: mask32x8<S> = SimdMask::from_bitmask(simd, drawn);
+            let left = drawn.select(left, i32x8::splat(simd, NOWHERE));
+            let out = &mut *self.out;
+            let group = out.n..out.n + 8;
+            let [lefts, rights, uppers, lowers] = &mut out.borders;
+            left.store_slice(&mut lefts[group.clone()]);
+            right.store_slice(&mut rights[group.clone()]);
+            upper.store_slice(&mut uppers[group.clone()]);
+            lower.store_slice(&mut lowers[group.clone()]);
+            turned(simd, corners, area).store_slice(&mut out.corners[group.clone()]);
+            ids.store_slice(&mut out.ids[group]);
+            out.n += 8;
         }
-        out.n = i;
         while large != 0 {
             self.one(first + large.trailing_zeros() as usize);
             large &= large - 1;
@@ -325,7 +329,7 @@ impl Job<'_> {
 /// Corners in clockwise order, a byte each from the lowest on: the second and the third change places
 /// where twice the area is not positive.
 #[inline(always)]
-fn turned<S: Simd>(simd: S, corners: [[u8; 4]; 8], area: i32x8<S>) -> [u32; 8] {
+fn turned<S: Simd>(simd: S, corners: [[u8; 4]; 8], area: i32x8<S>) -> u32x8<S> {
     let [a, b, c, d, e, f, g, h] = corners;
     let whole = [
         u32::from_le_bytes(a),
@@ -339,7 +343,7 @@ fn turned<S: Simd>(simd: S, corners: [[u8; 4]; 8], area: i32x8<S>) -> [u32; 8] {
     ];
     let whole = u32x8::simd_from(simd, whole) & 0x00ff_ffff;
     let swapped = whole & 0xff | (whole & 0xff00) << 8 | whole >> 8 & 0xff00;
-    area.simd_gt(0).select(whole, swapped).into()
+    area.simd_gt(0).select(whole, swapped)
 }
 
 /// Which of eight boxes between borders have a sample between them, a bit each.
