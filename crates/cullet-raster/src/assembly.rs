@@ -73,6 +73,8 @@ pub struct Assembly {
     /// Borders, units: left, right, upper, lower. At places of triangles that are not drawn the left one is to the
     /// right of the right one, beyond every tile.
     pub(crate) borders: [[i32; MAX_TRIANGLES]; 4],
+    /// Keys of the nearest corners; unless pixels have one sample.
+    pub(crate) nearest: [i32; MAX_TRIANGLES],
     /// Clipped and large triangles, nearest first; all triangles, where the wide code does not serve.
     pub(crate) pieces: Vec<ScreenTriangle>,
     /// Where each of them may show, for the wide code.
@@ -95,6 +97,7 @@ impl Default for Assembly {
             corners: [0; MAX_TRIANGLES],
             ids: [0; MAX_TRIANGLES],
             borders: [[0; MAX_TRIANGLES]; 4],
+            nearest: [0; MAX_TRIANGLES],
             pieces: Vec::new(),
             boxes: Vec::new(),
             clipped: Vec::new(),
@@ -188,6 +191,9 @@ impl Job<'_> {
             Transforms::F64 => placed.place::<S, BITS>(simd, &self.lens, positions),
             Transforms::F32 => placed.place_single::<S, BITS>(simd, &self.lens, positions),
         }
+        if self.object.samples != Samples::One {
+            placed.find_keys(simd, positions[0].len());
+        }
         for first in (0..n).step_by(8) {
             self.eight(simd, first, (n - first).min(8));
         }
@@ -264,6 +270,18 @@ impl Job<'_> {
             right.store_slice(&mut rights[group.clone()]);
             upper.store_slice(&mut uppers[group.clone()]);
             lower.store_slice(&mut lowers[group.clone()]);
+            // A pixel of one sample is drawn as soon as asked about.
+            if self.object.samples != Samples::One {
+                let mut key = [[0; 8]; 3];
+                for lane in 0..8 {
+                    let [a, b, c, _] = corners[lane];
+                    let [a, b, c] = [a as usize, b as usize, c as usize];
+                    let of = &out.placed.key;
+                    (key[0][lane], key[1][lane], key[2][lane]) = (of[a], of[b], of[c]);
+                }
+                let [a, b, c] = load(simd, key);
+                a.max(b).max(c).store_slice(&mut out.nearest[group.clone()]);
+            }
             turned(simd, corners, area).store_slice(&mut out.corners[group.clone()]);
             ids.store_slice(&mut out.ids[group]);
             out.n += 8;

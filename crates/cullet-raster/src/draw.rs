@@ -17,7 +17,7 @@ use crate::plain::{self, fill_plain};
 use crate::samples::{Offset, Samples};
 use crate::setup::ScreenTriangle;
 use crate::small::{SMALL, Small};
-use crate::tile::{TileBuffer, TileRect};
+use crate::tile::{BLOCK, BlockRect, TileBuffer, TileRect};
 
 /// How often a block must have been written to for its farthest sample to be looked for again on behalf
 /// of one triangle.
@@ -50,6 +50,12 @@ fn draw_any<const N: usize>(
     job.n_won
 }
 
+/// Clusters of so many triangles are worth looking again at blocks.
+const MANY: usize = 32;
+
+/// How often a block was written to for its farthest sample to be looked for again on behalf of a cluster.
+const TOUCHES: u32 = 16;
+
 struct Job<'j, 'k, const N: usize> {
     tile: &'j mut TileBuffer,
     assembly: &'j Assembly,
@@ -65,11 +71,44 @@ struct Boxes<S: Simd> {
     y: [i32x8<S>; 2],
 }
 
+impl<S: Simd> Boxes<S> {
+    /// The blocks that they lie in.
+    #[inline(always)]
+    fn blocks(&self) -> Blocks8 {
+        let [[start_x, end_x], [start_y, end_y]] = [self.x, self.y];
+        Blocks8 {
+            x: [(start_x >> BLOCK_BITS).into(), ((end_x - 1) >> BLOCK_BITS).into()],
+            y: [(start_y >> BLOCK_BITS).into(), ((end_y - 1) >> BLOCK_BITS).into()],
+        }
+    }
+}
+
+const BLOCK_BITS: u32 = BLOCK.trailing_zeros();
+
+/// The first and the last column and row of the blocks of eight boxes.
+struct Blocks8 {
+    x: [[i32; 8]; 2],
+    y: [[i32; 8]; 2],
+}
+
+impl Blocks8 {
+    #[inline(always)]
+    fn of(&self, lane: usize) -> BlockRect {
+        BlockRect {
+            x: [self.x[0][lane] as usize, self.x[1][lane] as usize],
+            y: [self.y[0][lane] as usize, self.y[1][lane] as usize],
+        }
+    }
+}
+
 impl<const N: usize> Job<'_, '_, N> {
     #[inline(always)]
     fn run<S: Simd>(&mut self, simd: S) {
         let mut here = [0u8; MAX_TRIANGLES + 8];
         let mut n = 0;
+        if N > 1 && self.assembly.n >= MANY {
+            self.tile.look_again::<_, TOUCHES>(simd);
+        }
         for first in (0..self.assembly.n).step_by(8) {
             let [left, right, upper, lower] = &self.assembly.borders;
             let boxes = self.boxes(
@@ -81,10 +120,22 @@ impl<const N: usize> Job<'_, '_, N> {
             let [start_x, end_x] = boxes.x;
             let [start_y, end_y] = boxes.y;
             let mut holds = (start_x.simd_lt(end_x) & start_y.simd_lt(end_y)).to_bitmask();
+            if N == 1 {
+                while holds != 0 {
+                    here[n] = first as u8 + holds.trailing_zeros() as u8;
+                    n += 1;
+                    holds &= holds - 1;
+                }
+                continue;
+            }
+            let blocks = boxes.blocks();
             while holds != 0 {
-                here[n] = first as u8 + holds.trailing_zeros() as u8;
-                n += 1;
+                let lane = holds.trailing_zeros() as usize % 8;
                 holds &= holds - 1;
+                here[n] = (first + lane) as u8;
+                let (blocks, nearest) = (blocks.of(lane), self.assembly.nearest[first + lane]);
+                // No branch: nobody could foresee it.
+                n += usize::from(!self.tile.corners_hide(blocks, nearest));
             }
         }
         for first in (0..n).step_by(8) {

@@ -22,6 +22,8 @@ pub(crate) struct Placed {
     pub y: [i32; MAX_VERTICES],
     /// Reversed depth, in `0..=1`; likewise.
     pub depth: [f64; MAX_VERTICES],
+    /// The same as keys, once asked for.
+    pub key: [i32; MAX_VERTICES],
     /// Bits of the planes a vertex lies outside of.
     pub outside: [u8; MAX_VERTICES],
     /// Bits of the planes that cut its triangles; all where it is not finite.
@@ -36,6 +38,7 @@ impl Default for Placed {
             x: [0; MAX_VERTICES],
             y: [0; MAX_VERTICES],
             depth: [0.0; MAX_VERTICES],
+            key: [0; MAX_VERTICES],
             outside: [0; MAX_VERTICES],
             cuts: [0; MAX_VERTICES],
             special: false,
@@ -127,6 +130,20 @@ impl Placed {
             y.store_slice(&mut self.y[start..start + 8]);
             depth_low.store_slice(&mut self.depth[start..start + 4]);
             depth_high.store_slice(&mut self.depth[start + 4..start + 8]);
+        }
+    }
+
+    /// Makes keys of the depths of the first `n` vertices.
+    #[inline(always)]
+    pub fn find_keys<S: Simd>(&mut self, simd: S, n: usize) {
+        let mut start = 0;
+        while start < n.min(MAX_VERTICES) {
+            let low = f64x4::from_slice(simd, &self.depth[start..start + 4]);
+            let high = f64x4::from_slice(simd, &self.depth[start + 4..start + 8]);
+            // As of `reversed_key`: the sum has no negative zero.
+            let key: i32x8<S> = (low.narrow(high) + 0.0).bitcast();
+            key.store_slice(&mut self.key[start..start + 8]);
+            start += 8;
         }
     }
 

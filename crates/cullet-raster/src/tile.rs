@@ -68,6 +68,13 @@ pub struct TileRect {
     pub y: [usize; 2],
 }
 
+/// Blocks of a tile: the first and the last column, the first and the last row.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BlockRect {
+    pub x: [usize; 2],
+    pub y: [usize; 2],
+}
+
 impl TileBuffer {
     /// Starts a square with its upper left corner at the pixel `(x, y)` of the picture, nothing in
     /// it. `side` is a multiple of 8.
@@ -261,6 +268,29 @@ impl TileBuffer {
             }
         }
         true
+    }
+
+    /// Whether everything is nearer than `key` in a few blocks, as far as is known. Those that are more than two
+    /// along an axis are not looked at.
+    #[inline(always)]
+    pub(crate) fn corners_hide(&self, BlockRect { x, y }: BlockRect, key: i32) -> bool {
+        let per_row = self.side / BLOCK;
+        let (upper, lower) = (y[0] * per_row, y[1] * per_row);
+        let farthest = |block: usize| self.blocks[block].farthest;
+        let [a, b] = [farthest(upper + x[0]), farthest(upper + x[1])];
+        let [c, d] = [farthest(lower + x[0]), farthest(lower + x[1])];
+        let is_few = (x[1] - x[0] < 2) & (y[1] - y[0] < 2);
+        is_few & (a.min(b).min(c.min(d)) > key)
+    }
+
+    /// Finds the farthest keys anew of blocks that were written to at least `TOUCHES` times since.
+    #[inline(always)]
+    pub(crate) fn look_again<S: Simd, const TOUCHES: u32>(&mut self, simd: S) {
+        for block in 0..self.blocks.len() {
+            if self.blocks[block].n_stale >= TOUCHES {
+                self.farthest_of(simd, block);
+            }
+        }
     }
 
     /// Whether everything in a block is nearer than `key`.
