@@ -218,7 +218,8 @@ impl<S: Simd> Column<S> {
             if row + 1 == rows[1] {
                 outside |= i32x8::splat(simd, 0).combine(i32x8::splat(simd, -1));
             }
-            if !PARTLY || outside.simd_ge(0).any_true() {
+            // Long registers are done before anybody could foresee the answer.
+            if !PARTLY || S::f32s::LEN == 16 || outside.simd_ge(0).any_true() {
                 let (upper_keys, lower_keys) = key_rows.split_at_mut(stride);
                 let (upper_ids, lower_ids) = id_rows.split_at_mut(stride);
                 let (upper_keys, lower_keys) = (eight(upper_keys), eight(lower_keys));

@@ -6,11 +6,13 @@
 //! barycentrics (Heckbert & Moreton 1991, "Interpolation for Polygon Texture Mapping").
 
 use cullet_transform::{ClipPoint, PlaneMask, Viewport};
+use fearless_simd::{Level, Simd, f32x8, f64x8, prelude::*};
 use glam::DVec3;
 
 use crate::clip::GuardBand;
 use crate::fixed::{Fixed, snap};
 use crate::fragment::Fragment;
+use crate::level::dispatch_wide;
 use crate::setup::doubled_area;
 
 /// Interpolation over one source triangle.
@@ -101,18 +103,62 @@ impl Interpolator {
     }
 
     /// A number with these values at the corners, at the centres of pixels in a row from `(x, y)` on:
-    /// the weights of [`Interpolator::fragment`] times the values, with one division each.
-    pub fn fill_row(&self, values: DVec3, [x, y]: [u32; 2], out: &mut [f32]) {
+    /// the weights of [`Interpolator::fragment`] times the values, with one division each. The same on
+    /// every instruction set.
+    pub fn fill_row(&self, level: Level, values: DVec3, [x, y]: [u32; 2], out: &mut [f32]) {
         let dy = f64::from(y) + 0.5 - self.origin[1];
-        let in_row = self.at_origin + self.ddy * dy;
+        let row = Row { shares: self.at_origin + self.ddy * dy, values, x };
+        if level.is_fallback() {
+            self.fill_plain(&row, out);
+        } else {
+            dispatch_wide!(level, simd => self.fill_wide(simd, &row, out));
+        }
+    }
+
+    fn fill_plain(&self, row: &Row, out: &mut [f32]) {
+        let Row { shares, values, x } = *row;
         for (column, out) in (x..).zip(out) {
             // From the column itself, so that no pixel depends on where its row begins.
             let dx = f64::from(column) + 0.5 - self.origin[0];
-            let share = (in_row + self.ddx * dx).map(at_least_zero);
+            let share = (shares + self.ddx * dx).map(at_least_zero);
             let value = share.dot(values) / (share.x + share.y + share.z);
             let value = if value.is_finite() { value } else { values.element_sum() / 3.0 };
             *out = value as f32;
         }
+    }
+
+    #[inline(always)]
+    fn fill_wide<S: Simd>(&self, simd: S, row: &Row, out: &mut [f32]) {
+        let columns = f64x8::simd_from(simd, [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
+        let mut i = 0;
+        while i < out.len() {
+            // Columns are whole numbers: their sum is exact.
+            let dx = columns + (f64::from(row.x) + i as f64 + 0.5) - self.origin[0];
+            let value = self.eight(simd, row, dx);
+            if i + 8 <= out.len() {
+                value.store_slice(&mut out[i..i + 8]);
+            } else {
+                let rest = out.len() - i;
+                out[i..].copy_from_slice(&value.as_slice()[..rest]);
+            }
+            i += 8;
+        }
+    }
+
+    #[inline(always)]
+    fn eight<S: Simd>(&self, simd: S, Row { shares, values, .. }: &Row, dx: f64x8<S>) -> f32x8<S> {
+        let zero = f64x8::splat(simd, 0.0);
+        let a = dx * self.ddx.x + shares.x;
+        let b = dx * self.ddx.y + shares.y;
+        let c = dx * self.ddx.z + shares.z;
+        let a = a.simd_lt(zero).select(zero, a);
+        let b = b.simd_lt(zero).select(zero, b);
+        let c = c.simd_lt(zero).select(zero, c);
+        let value = (a * values.x + b * values.y + c * values.z) / (a + b + c);
+        let is_finite = value.abs().simd_lt(f64x8::splat(simd, f64::INFINITY));
+        let value = is_finite.select(value, f64x8::splat(simd, values.element_sum() / 3.0));
+        let (low, high) = value.split();
+        low.narrow(high)
     }
 
     /// [`Interpolator::fragment`] at any place of the picture, in pixels from its corner.
@@ -131,6 +177,16 @@ impl Interpolator {
     }
 }
 
+/// A row of pixels on a triangle.
+struct Row {
+    /// Shares over w at the origin's column.
+    shares: DVec3,
+    /// What to interpolate, at the corners.
+    values: DVec3,
+    /// First column.
+    x: u32,
+}
+
 /// Compare and select, NaN stays: the same on every machine.
 fn at_least_zero(share: f64) -> f64 {
     if share < 0.0 { 0.0 } else { share }
@@ -143,7 +199,10 @@ fn finite(weights: DVec3) -> DVec3 {
 
 #[cfg(test)]
 mod tests {
+    use fearless_simd::Fallback;
+
     use super::*;
+    use crate::testing::levels;
 
     fn viewport() -> Viewport {
         Viewport::new(64, 48).unwrap()
@@ -169,18 +228,29 @@ mod tests {
     }
 
     #[test]
-    fn rows_are_their_fragments() {
+    fn rows_are_their_fragments_on_every_instruction_set() {
         let values = DVec3::new(1.0, -3.0, 2.5);
-        for interpolator in [
-            Interpolator::snapped::<16>(viewport(), &CORNERS),
-            Interpolator::homogeneous(viewport(), &CORNERS),
-        ] {
-            let mut row = [0.0; 20];
-            interpolator.fill_row(values, [20, 25], &mut row);
-            let mut rest = [0.0; 13];
-            interpolator.fill_row(values, [27, 25], &mut rest);
-            assert_eq!(rest, row[7..]);
-            for (x, value) in (20..).zip(row) {
+        let nowhere = Interpolator {
+            at_origin: DVec3::ZERO,
+            ddx: DVec3::ZERO,
+            ..Interpolator::snapped::<16>(viewport(), &CORNERS)
+        };
+        for (level, interpolator) in levels().into_iter().flat_map(|level| {
+            let snapped = Interpolator::snapped::<16>(viewport(), &CORNERS);
+            let homogeneous = Interpolator::homogeneous(viewport(), &CORNERS);
+            [snapped, homogeneous, nowhere].map(|interpolator| (level, interpolator))
+        }) {
+            let mut row = [0.0; 64];
+            interpolator.fill_row(level, values, [0, 25], &mut row);
+            let mut plain = [0.0; 64];
+            interpolator.fill_row(Level::Fallback(Fallback::new()), values, [0, 25], &mut plain);
+            assert_eq!(row, plain, "{level:?}");
+            for (start, len) in (0..9).flat_map(|start| (0..20).map(move |len| (start, len))) {
+                let mut part = vec![0.0; len];
+                interpolator.fill_row(level, values, [start, 25], &mut part);
+                assert_eq!(part, row[start as usize..][..len], "{level:?} {start} {len}");
+            }
+            for (x, value) in (0..).zip(row) {
                 let plain = interpolator.fragment(x, 25).weights.dot(values);
                 assert!((f64::from(value) - plain).abs() < 1e-6, "{x}: {value} {plain}");
             }

@@ -79,6 +79,13 @@ impl<'a> VisibleTriangle<'a> {
         self.corners.map(|i| self.surface.mesh.positions[i as usize].as_dvec3())
     }
 
+    /// Distances of the corners along the view axis, scene units.
+    pub(crate) fn distances(&self, view: &View) -> DVec3 {
+        let view_from_model = view.view_from_model(&self.item.world_from_model);
+        let row = DMat4::from(view_from_model).row(2);
+        DVec3::from_array(self.positions().map(|p| -row.dot(p.extend(1.0))))
+    }
+
     /// Linear colour of a fragment.
     pub(crate) fn color(&self, scene: &Scene<'_>, fragment: &Fragment) -> Vec4 {
         let VisibleTriangle { surface, corners, front, .. } = *self;
@@ -233,10 +240,11 @@ pub(crate) fn fill_run(
     let VisibleTriangle { surface, corners, front, .. } = *triangle;
     let filter = scene.settings.filter;
     if passes.contains(Pass::Depth) {
-        let distances = distances(scene.view, triangle);
+        let distances = triangle.distances(scene.view);
         match run.places {
             Places::Planes(planes) => {
-                planes.fill_row(distances, [run.x, run.y], &mut out.depth[range.clone()]);
+                let (level, out) = (scene.settings.simd, &mut out.depth[range.clone()]);
+                planes.fill_row(level, distances, [run.x, run.y], out);
             }
             Places::One(fragment) => {
                 out.depth[range.clone()].fill(fragment.weights.dot(distances) as f32);
@@ -261,13 +269,6 @@ pub(crate) fn fill_run(
     if passes.contains(Pass::Triangle) {
         fill(out.triangle, &range, run, |_| triangle.id + 1);
     }
-}
-
-/// Distance of the corners along the view axis, scene units.
-fn distances(view: &View, triangle: &VisibleTriangle<'_>) -> DVec3 {
-    let view_from_model = view.view_from_model(&triangle.item.world_from_model);
-    let row = DMat4::from(view_from_model).row(2);
-    DVec3::from_array(triangle.positions().map(|p| -row.dot(p.extend(1.0))))
 }
 
 fn fill<T>(

@@ -187,14 +187,27 @@ impl<'a> TileShader<'a> {
             if left != Passes::NONE || !clipped.is_empty() {
                 let slots = &mut self.scratch.corners;
                 let mut corners = Corners::new(&scene, slots);
+                let mut last = None;
                 scan(rect, ids, stride, &mut |id, [x, y], len| {
                     let is_clipped = clipped.binary_search(&id).is_ok();
-                    let wanted = if is_clipped { left.with(Pass::Depth) } else { left };
-                    if wanted != Passes::NONE {
-                        let (triangle, interpolator) = corners.of(id);
+                    if left == Passes::NONE && !is_clipped {
+                        return;
+                    }
+                    let (triangle, interpolator) = corners.of(id);
+                    let start = (y - rect.y) as usize * out.stride + (x - rect.x) as usize;
+                    if is_clipped {
+                        // Most are the one before.
+                        let distances = match last {
+                            Some((last, distances)) if last == id => distances,
+                            _ => triangle.distances(scene.view),
+                        };
+                        last = Some((id, distances));
+                        let out = &mut out.depth[start..start + len];
+                        interpolator.fill_row(scene.settings.simd, distances, [x, y], out);
+                    }
+                    if left != Passes::NONE {
                         let run = Run { x, y, len, places: Places::Planes(interpolator) };
-                        let start = (y - rect.y) as usize * out.stride + (x - rect.x) as usize;
-                        fill_run(&scene, out, start, &triangle, &run, wanted);
+                        fill_run(&scene, out, start, &triangle, &run, left);
                     }
                 });
             }
