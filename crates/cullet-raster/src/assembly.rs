@@ -67,8 +67,8 @@ pub struct Assembly {
     pub(crate) placed: Placed,
     /// How many places there are in the following, in whole groups of eight.
     pub(crate) n: usize,
-    /// Corners, clockwise as seen, a byte each from the lowest on.
-    pub(crate) corners: [u32; MAX_TRIANGLES],
+    /// Corners, clockwise as seen; the fourth number has no meaning.
+    pub(crate) corners: [[u8; 4]; MAX_TRIANGLES],
     pub(crate) ids: [u32; MAX_TRIANGLES],
     /// Borders, units: left, right, upper, lower. At places of triangles that are not drawn the left one is to the
     /// right of the right one, beyond every tile.
@@ -94,7 +94,7 @@ impl Default for Assembly {
         Assembly {
             placed: Placed::default(),
             n: 0,
-            corners: [0; MAX_TRIANGLES],
+            corners: [[0; 4]; MAX_TRIANGLES],
             ids: [0; MAX_TRIANGLES],
             borders: [[0; MAX_TRIANGLES]; 4],
             nearest: [0; MAX_TRIANGLES],
@@ -282,8 +282,12 @@ impl Job<'_> {
                 let [a, b, c] = load(simd, key);
                 a.max(b).max(c).store_slice(&mut out.nearest[group.clone()]);
             }
-            turned(simd, corners, area).store_slice(&mut out.corners[group.clone()]);
-            ids.store_slice(&mut out.ids[group]);
+            ids.store_slice(&mut out.ids[group.clone()]);
+            let turned: [u32; 8] = turned(simd, corners, area).into();
+            let into = out.corners[group].first_chunk_mut::<8>().expect("a group of eight");
+            for lane in 0..8 {
+                into[lane] = turned[lane].to_le_bytes();
+            }
             out.n += 8;
         }
         while large != 0 {

@@ -194,7 +194,7 @@ impl<const N: usize> Job<'_, '_, N> {
         let mut lane = 0;
         while lane < n {
             let triangle = triangles[lane % 8] as usize % MAX_TRIANGLES;
-            let [a, b, c, _] = assembly.corners[triangle].to_le_bytes();
+            let [a, b, c, _] = assembly.corners[triangle];
             let [a, b, c] = [a as usize, b as usize, c as usize];
             (x[0][lane], x[1][lane], x[2][lane]) = (placed.x[a], placed.x[b], placed.x[c]);
             (y[0][lane], y[1][lane], y[2][lane]) = (placed.y[a], placed.y[b], placed.y[c]);
