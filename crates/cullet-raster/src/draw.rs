@@ -17,7 +17,7 @@ use crate::plain::{self, fill_plain};
 use crate::samples::{Offset, Samples};
 use crate::setup::ScreenTriangle;
 use crate::small::{SMALL, Small};
-use crate::tile::{BLOCK, BlockRect, TileBuffer, TileRect};
+use crate::tile::{BLOCK_BITS, BlockRect, TileBuffer, TileRect};
 
 /// How often a block must have been written to for its farthest sample to be looked for again on behalf
 /// of one triangle.
@@ -82,8 +82,6 @@ impl<S: Simd> Boxes<S> {
         }
     }
 }
-
-const BLOCK_BITS: u32 = BLOCK.trailing_zeros();
 
 /// The first and the last column and row of the blocks of eight boxes.
 struct Blocks8 {

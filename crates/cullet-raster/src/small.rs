@@ -8,10 +8,11 @@ use fearless_simd::{Simd, SimdCvtFloat, f32x8, f64x4, i32x8, mask32x8, prelude::
 
 use crate::depth8::Depth4;
 use crate::samples::Samples;
-use crate::tile::{TileBuffer, TileRect};
+use crate::tile::{BLOCK, BLOCK_BITS, TileBuffer};
 
 /// Boxes of at most this many pixels along each axis are drawn here.
 pub(crate) const SMALL: i32 = 6;
+const _: () = assert!(SMALL <= BLOCK as i32);
 
 /// Pixels of a box that are looked at before samples are tried: as many as a word has bits for, and at least a row.
 const STEPS: usize = 8;
@@ -112,18 +113,21 @@ impl<S: Simd> Small<'_, S> {
 
     /// Notes where the triangles of `lanes` have drawn.
     #[inline(always)]
-    fn touch(&self, tile: &mut TileBuffer, mut lanes: u64) {
-        let (x, y): ([i32; 8], [i32; 8]) = (self.x.into(), self.y.into());
-        let (end_x, end_y): ([i32; 8], [i32; 8]) =
-            ((self.x + self.width).into(), (self.y + self.height).into());
-        while lanes != 0 {
-            let lane = lanes.trailing_zeros() as usize % 8;
-            lanes &= lanes - 1;
-            let rect = TileRect {
-                x: [x[lane] as usize, end_x[lane] as usize],
-                y: [y[lane] as usize, end_y[lane] as usize],
-            };
-            tile.touch(rect, i32::MAX);
+    fn touch(&self, tile: &mut TileBuffer, lanes: u64) {
+        let per_row = tile.blocks_per_row();
+        let (column, row) = (self.x >> BLOCK_BITS, self.y >> BLOCK_BITS);
+        let (end_column, end_row) =
+            ((self.x + self.width - 1) >> BLOCK_BITS, (self.y + self.height - 1) >> BLOCK_BITS);
+        let first: [i32; 8] = (row * per_row as i32 + column).into();
+        // A box is smaller than a block: it lies in one, or in two along an axis.
+        let wide = end_column.simd_gt(column).to_bitmask() & lanes;
+        let tall = end_row.simd_gt(row).to_bitmask() & lanes;
+        let further = [0, 1, per_row, per_row + 1];
+        let mut touched = lanes | wide << 8 | tall << 16 | (wide & tall) << 24;
+        while touched != 0 {
+            let bit = touched.trailing_zeros() as usize;
+            touched &= touched - 1;
+            tile.touch_block(first[bit % 8] as usize + further[bit / 8 % 4]);
         }
     }
 

@@ -13,6 +13,7 @@ use crate::samples::Samples;
 
 /// Pixels along a side of a block of the depth hierarchy.
 pub(crate) const BLOCK: usize = 8;
+pub(crate) const BLOCK_BITS: u32 = BLOCK.trailing_zeros();
 
 /// Columns beyond the right border, so that a group of eight may begin at the last column, and a cache
 /// line's worth, so that all rows begin alike.
@@ -137,6 +138,11 @@ impl TileBuffer {
         self.side
     }
 
+    /// Blocks along a side.
+    pub(crate) fn blocks_per_row(&self) -> usize {
+        self.side / BLOCK
+    }
+
     /// Where pixels are sampled.
     pub fn samples(&self) -> Samples {
         self.samples
@@ -195,6 +201,15 @@ impl TileBuffer {
                 block.is_touched = true;
             }
         }
+    }
+
+    /// [`TileBuffer::touch`] for one block, with any keys.
+    #[inline(always)]
+    pub(crate) fn touch_block(&mut self, block: usize) {
+        let block = &mut self.blocks[block];
+        block.nearest = i32::MAX;
+        block.n_stale += 1;
+        block.is_touched = true;
     }
 
     /// Notes that a triangle with keys between these covers all samples of a block: each sample has the
