@@ -187,25 +187,25 @@ impl<'a> TileShader<'a> {
             if left != Passes::NONE || !clipped.is_empty() {
                 let slots = &mut self.scratch.corners;
                 let mut corners = Corners::new(&scene, slots);
+                // Of most triangles a bit tells that they are not clipped.
+                let bit_of = |id: u32| 1_u64 << (id % 64);
+                let bits = clipped.iter().fold(0, |bits, id| bits | bit_of(*id));
                 let mut last = None;
                 scan(rect, ids, stride, &mut |id, [x, y], len| {
-                    let is_clipped = clipped.binary_search(&id).is_ok();
-                    if left == Passes::NONE && !is_clipped {
-                        return;
-                    }
-                    let (triangle, interpolator) = corners.of(id);
+                    let is_clipped = bits & bit_of(id) != 0 && clipped.binary_search(&id).is_ok();
                     let start = (y - rect.y) as usize * out.stride + (x - rect.x) as usize;
                     if is_clipped {
-                        // Most are the one before.
                         let distances = match last {
                             Some((last, distances)) if last == id => distances,
-                            _ => triangle.distances(scene.view),
+                            _ => corners.of(id).0.distances(scene.view),
                         };
                         last = Some((id, distances));
                         let out = &mut out.depth[start..start + len];
-                        interpolator.fill_row(scene.settings.simd, distances, [x, y], out);
+                        let planes = &corners.ready(id).interpolator;
+                        planes.fill_row(scene.settings.simd, distances, [x, y], out);
                     }
                     if left != Passes::NONE {
+                        let (triangle, interpolator) = corners.of(id);
                         let run = Run { x, y, len, places: Places::Planes(interpolator) };
                         fill_run(&scene, out, start, &triangle, &run, left);
                     }
