@@ -69,6 +69,29 @@ pub(crate) fn fill_blocks<S: Simd, C: Columns<S>, const N: usize>(
         let column = C::at(simd, tile, triangle, setup, x);
         let across = edges.across(triangle, x);
         let ways = range.columns([x, x + 8]);
+        let first = rect.y[0] / BLOCK * per_row + x / BLOCK;
+        if keep.is_none()
+            && rect.y[0] % BLOCK == 0
+            && rect.y[1] % BLOCK == 0
+            && across.fills(triangle, rect.y)
+        {
+            // All blocks of the column at once, where nothing is in front of any.
+            let [farthest, nearest] = range.of(ways, rect.y);
+            let (key, n) = (triangle.depth.clamped(farthest), (rect.y[1] - rect.y[0]) / BLOCK);
+            if triangle.depth.needs_no_clamp(farthest, nearest)
+                && tile.column_is_behind(first, n, key)
+            {
+                written += column.rows_in_front(simd, tile, triangle, rect.y);
+                for row in 0..n {
+                    let y = rect.y[0] + row * BLOCK;
+                    let [farthest, nearest] = range.of(ways, [y, y + BLOCK]);
+                    let keys = [triangle.depth.clamped(farthest), triangle.depth.clamped(nearest)];
+                    tile.cover_block(first + row * per_row, keys);
+                }
+                x += 8;
+                continue;
+            }
+        }
         let mut y = rect.y[0];
         while y < rect.y[1] {
             let end = (y / BLOCK * BLOCK + BLOCK).min(rect.y[1]);

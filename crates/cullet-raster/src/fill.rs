@@ -150,19 +150,24 @@ impl<S: Simd> Columns<S> for Column<S> {
         let TileTriangle { depth, .. } = triangle;
         let (stride, [_, top]) = (tile.stride_px(), tile.origin());
         let start = rows[0] * stride + self.x;
-        let keys = &mut tile.keys[tile.starts[0] + start..];
-        let ids = &mut tile.ids[tile.starts[1] + start..];
+        // As many of both, so that one comparison serves for all.
+        let n_rows = rows[1] - rows[0];
+        let mut keys = &mut tile.keys[tile.starts[0] + start..][..n_rows * stride];
+        let mut ids = &mut tile.ids[tile.starts[1] + start..][..n_rows * stride];
         let id = u32x8::splat(simd, triangle.id);
-        let mut y = f64::from(top + rows[0] as i32);
-        for row in 0..rows[1] - rows[0] {
-            let in_row = self.way + (depth.depth + depth.ddy * (y - depth.origin[1]));
+        let mut way_y = f64::from(top + rows[0] as i32) - depth.origin[1];
+        while keys.len() >= stride {
+            let (key_row, other_keys) = keys.split_at_mut(stride);
+            let (id_row, other_ids) = ids.split_at_mut(stride);
+            (keys, ids) = (other_keys, other_ids);
+            let in_row = self.way + (depth.depth + depth.ddy * way_y);
             let (near, far) = in_row.split();
             let key: i32x8<S> = (near.narrow(far) + 0.0).bitcast();
-            key.store_slice(eight(&mut keys[row * stride..]));
-            id.store_slice(eight(&mut ids[row * stride..]));
-            y += 1.0;
+            key.store_slice(eight(key_row));
+            id.store_slice(eight(id_row));
+            way_y += 1.0;
         }
-        (8 * (rows[1] - rows[0])) as u32
+        (8 * n_rows) as u32
     }
 }
 

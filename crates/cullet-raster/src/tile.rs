@@ -228,6 +228,18 @@ impl TileBuffer {
         self.blocks[block].nearest < key
     }
 
+    /// Whether everything in `n` blocks from the `first` downwards is farther than `key`.
+    #[inline(always)]
+    pub(crate) fn column_is_behind(&self, first: usize, n: usize, key: i32) -> bool {
+        let per_row = self.blocks_per_row();
+        for row in 0..n {
+            if !self.block_is_behind(first + row * per_row, key) {
+                return false;
+            }
+        }
+        true
+    }
+
     /// Whether everything in `rect` is nearer than `key`: whether a thing that reaches no farther to
     /// the front than `key` would be hidden there altogether. Whole blocks are looked at, so the answer may be no too often.
     pub fn hides(&mut self, level: Level, rect: TileRect, key: i32) -> bool {
