@@ -224,7 +224,8 @@ impl<S: Simd> Patch<S> {
                 true => values.signs(),
                 false => i32x16::splat(simd, 0),
             };
-            if !PARTLY || outside.simd_ge(0).any_true() {
+            // Long registers are done before anybody could foresee the answer.
+            if !PARTLY || S::f32s::LEN == PATCH || outside.simd_ge(0).any_true() {
                 let key = self.key::<PARTLY>(simd, triangle, way_y);
                 let (row_keys, row_ids) = (sixteen(row_keys), sixteen(row_ids));
                 let old_key = i32x16::simd_from(simd, *row_keys);
