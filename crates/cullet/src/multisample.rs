@@ -102,22 +102,19 @@ impl EdgeScratch {
         let (_, free_weights) = self.weights.split_at_mut(self.n_wanted);
         let wanted: &mut [Wanted; N] = free.first_chunk_mut().expect("room for all");
         let weights: &mut [f32; N] = free_weights.first_chunk_mut().expect("room for all");
-        let mut todo = 0;
+        // No branches: nobody could foresee them. What is not wanted is written over.
         for sample in 0..N {
-            todo |= usize::from(ids[sample] != NO_TRIANGLE) << sample;
-        }
-        while todo != 0 {
-            let seen = ids[todo.trailing_zeros() as usize % N];
+            let seen = ids[sample];
             let mut own = 0;
-            for sample in 0..N {
-                own |= usize::from(ids[sample] == seen) << sample;
+            for other in 0..N {
+                own |= usize::from(ids[other] == seen) << other;
             }
-            todo &= !own;
-            let Middle { x, y, weight } = middles[own];
+            let Middle { x, y, weight } = middles[own % middles.len()];
             let (x, y) = (place.x as i32 * 16 + 8 + x, place.y as i32 * 16 + 8 + y);
             wanted[n_wanted % N] = Wanted { id: seen, x, y };
             weights[n_wanted % N] = weight;
-            n_wanted += 1;
+            let is_first = own & ((1 << sample) - 1) == 0;
+            n_wanted += usize::from(is_first & (seen != NO_TRIANGLE));
         }
         self.n_wanted += n_wanted;
         self.edges.push(Edge { out: place.out as u32, n_wanted: n_wanted as u32 });
