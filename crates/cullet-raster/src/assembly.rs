@@ -13,7 +13,7 @@ use crate::clip::{GuardBand, Polygon};
 use crate::fixed::Fixed;
 use crate::level::dispatch_wide;
 use crate::piece::PieceBox;
-use crate::placed::{Lens, Placed};
+use crate::placed::{Lens, MAX_VERTICES, Placed};
 use crate::plain;
 use crate::precision::{Precision, Transforms};
 use crate::prefetch::prefetch_all;
@@ -82,6 +82,7 @@ pub struct Assembly {
     /// Ids of clipped triangles.
     clipped: Vec<u32>,
     pub(crate) precision: Precision,
+    pub(crate) samples: Samples,
     /// The instruction set that draws it; none if all of it is in `pieces`, for the plain code.
     pub(crate) wide: Option<Level>,
     /// Of the plain way.
@@ -102,6 +103,7 @@ impl Default for Assembly {
             boxes: Vec::new(),
             clipped: Vec::new(),
             precision: Precision::default(),
+            samples: Samples::One,
             wide: None,
             vertices: Vec::new(),
             counters: SetupCounters::default(),
@@ -119,7 +121,7 @@ impl Assembly {
         self.pieces.clear();
         self.boxes.clear();
         self.clipped.clear();
-        self.precision = object.precision;
+        (self.precision, self.samples) = (object.precision, object.samples);
         let is_wide = object.precision.is_wide() && !level.is_fallback();
         self.wide = is_wide.then_some(level);
         if is_wide {
@@ -152,7 +154,7 @@ impl Assembly {
         prefetch_all(cluster.ids, 0..cluster.ids.len());
         let n = cluster.corners.len().min(MAX_TRIANGLES);
         self.counters = SetupCounters { n_in: n as u64, ..SetupCounters::default() };
-        let mut job = Job { out: self, cluster, object, lens };
+        let mut job = Job { out: self, cluster, object, lens, keys: [0; MAX_VERTICES] };
         dispatch_wide!(level, simd => job.run(simd, n));
     }
 
@@ -181,6 +183,8 @@ struct Job<'j> {
     cluster: &'j Cluster<'j>,
     object: &'j Object,
     lens: Lens,
+    /// Of the depths of vertices, unless pixels have one sample.
+    keys: [i32; MAX_VERTICES],
 }
 
 impl Job<'_> {
@@ -192,7 +196,7 @@ impl Job<'_> {
             Transforms::F32 => placed.place_single::<S, BITS>(simd, &self.lens, positions),
         }
         if self.object.samples != Samples::One {
-            placed.find_keys(simd, positions[0].len());
+            placed.find_keys(simd, positions[0].len(), &mut self.keys);
         }
         for first in (0..n).step_by(8) {
             self.eight(simd, first, (n - first).min(8));
@@ -276,8 +280,8 @@ impl Job<'_> {
                 for lane in 0..8 {
                     let [a, b, c, _] = corners[lane];
                     let [a, b, c] = [a as usize, b as usize, c as usize];
-                    let of = &out.placed.key;
-                    (key[0][lane], key[1][lane], key[2][lane]) = (of[a], of[b], of[c]);
+                    (key[0][lane], key[1][lane], key[2][lane]) =
+                        (self.keys[a], self.keys[b], self.keys[c]);
                 }
                 let [a, b, c] = load(simd, key);
                 a.max(b).max(c).store_slice(&mut out.nearest[group.clone()]);

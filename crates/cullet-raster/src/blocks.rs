@@ -56,38 +56,24 @@ pub(crate) fn fill_blocks<S: Simd, C: Columns<S>, const N: usize>(
     mut keep: Option<&mut KeepSample<'_>>,
 ) -> u32 {
     let TileTriangle { rect, .. } = *triangle;
-    let per_row = tile.side() / BLOCK;
+    let per_row = tile.blocks_per_row();
     let range = Range::new(tile, triangle.depth);
     let [_, nearest] = range.of(range.columns(rect.x), rect.y);
     if tile.hides_wide(simd, rect, triangle.depth.clamped(nearest)) {
         return 0;
     }
     let edges = BlockEdges::new(triangle, offsets);
+    let are_whole = keep.is_none() && rect.y[0] % BLOCK == 0 && rect.y[1] % BLOCK == 0;
     let mut written = 0;
     let mut x = rect.x[0] / BLOCK * BLOCK;
     while x < rect.x[1] {
         let column = C::at(simd, tile, triangle, setup, x);
         let across = edges.across(triangle, x);
         let ways = range.columns([x, x + 8]);
-        let first = rect.y[0] / BLOCK * per_row + x / BLOCK;
-        if keep.is_none()
-            && rect.y[0] % BLOCK == 0
-            && rect.y[1] % BLOCK == 0
-            && across.fills(triangle, rect.y)
-        {
-            // All blocks of the column at once, where nothing is in front of any.
-            let [farthest, nearest] = range.of(ways, rect.y);
-            let (key, n) = (triangle.depth.clamped(farthest), (rect.y[1] - rect.y[0]) / BLOCK);
-            if triangle.depth.needs_no_clamp(farthest, nearest)
-                && tile.column_is_behind(first, n, key)
-            {
-                written += column.rows_in_front(simd, tile, triangle, rect.y);
-                for row in 0..n {
-                    let y = rect.y[0] + row * BLOCK;
-                    let [farthest, nearest] = range.of(ways, [y, y + BLOCK]);
-                    let keys = [triangle.depth.clamped(farthest), triangle.depth.clamped(nearest)];
-                    tile.cover_block(first + row * per_row, keys);
-                }
+        if are_whole && across.fills(triangle, rect.y) {
+            let part = (rect.y, ways);
+            if let Some(n) = fill_column(simd, tile, triangle, &column, &range, x, part) {
+                written += n;
                 x += 8;
                 continue;
             }
@@ -127,6 +113,37 @@ pub(crate) fn fill_blocks<S: Simd, C: Columns<S>, const N: usize>(
         x += 8;
     }
     written
+}
+
+/// Draws all blocks of a column at once, from row `y[0]` to `y[1]`, all of whose samples a triangle covers. `None`, and
+/// nothing is drawn, where something may be in front of it or depths need a clamp.
+#[inline(always)]
+fn fill_column<S: Simd, C: Columns<S>>(
+    simd: S,
+    tile: &mut TileBuffer,
+    triangle: &TileTriangle,
+    column: &C,
+    range: &Range,
+    x: usize,
+    (y, ways): ([usize; 2], [f64; 2]),
+) -> Option<u32> {
+    let depth = &triangle.depth;
+    let (per_row, n) = (tile.blocks_per_row(), (y[1] - y[0]) / BLOCK);
+    let first = y[0] / BLOCK * per_row + x / BLOCK;
+    let [farthest, nearest] = range.of(ways, y);
+    if !depth.needs_no_clamp(farthest, nearest)
+        || !tile.column_is_behind(first, n, depth.clamped(farthest))
+    {
+        return None;
+    }
+    let written = column.rows_in_front(simd, tile, triangle, y);
+    for row in 0..n {
+        let start = y[0] + row * BLOCK;
+        let [farthest, nearest] = range.of(ways, [start, start + BLOCK]);
+        let keys = [depth.clamped(farthest), depth.clamped(nearest)];
+        tile.cover_block(first + row * per_row, keys);
+    }
+    Some(written)
 }
 
 /// How far samples reach beyond the centres of their pixels, in edge values.

@@ -23,10 +23,11 @@ use crate::tile::{BLOCK_BITS, BlockRect, TileBuffer, TileRect};
 /// of one triangle.
 const WORTH_A_LOOK: u32 = 4;
 
-/// Draws `assembly` into `tile`. `keep` is asked per sample where the material has holes. Returns how many samples were
+/// Draws `assembly` into `tile`, which has the samples that it was made for, or one. `keep` is asked per sample where the material has holes. Returns how many samples were
 /// won, later losers included, which depends on the order of triangles. The picture depends neither on
 /// that, nor on the order of calls, nor on the instruction set that the assembly was made for.
 pub fn draw(tile: &mut TileBuffer, assembly: &Assembly, keep: Option<&mut KeepSample<'_>>) -> u64 {
+    debug_assert!([Samples::One, assembly.samples].contains(&tile.samples()), "made for others");
     let Some(level) = assembly.wide else { return plain::draw(tile, assembly, keep) };
     // One copy of the wide code per number of samples.
     match tile.samples() {
@@ -50,7 +51,7 @@ fn draw_any<const N: usize>(
     job.n_won
 }
 
-/// Clusters of so many triangles are worth looking again at blocks.
+/// Clusters with so many places for triangles are worth looking again at blocks.
 const MANY: usize = 32;
 
 /// How often a block was written to for its farthest sample to be looked for again on behalf of a cluster.
@@ -118,22 +119,15 @@ impl<const N: usize> Job<'_, '_, N> {
             let [start_x, end_x] = boxes.x;
             let [start_y, end_y] = boxes.y;
             let mut holds = (start_x.simd_lt(end_x) & start_y.simd_lt(end_y)).to_bitmask();
-            if N == 1 {
-                while holds != 0 {
-                    here[n] = first as u8 + holds.trailing_zeros() as u8;
-                    n += 1;
-                    holds &= holds - 1;
-                }
-                continue;
-            }
             let blocks = boxes.blocks();
             while holds != 0 {
                 let lane = holds.trailing_zeros() as usize % 8;
                 holds &= holds - 1;
                 here[n] = (first + lane) as u8;
                 let (blocks, nearest) = (blocks.of(lane), self.assembly.nearest[first + lane]);
-                // No branch: nobody could foresee it.
-                n += usize::from(!self.tile.corners_hide(blocks, nearest));
+                // A pixel of one sample is drawn as soon as asked about. No branch: nobody could foresee it.
+                let is_hidden = N > 1 && self.tile.corners_hide(blocks, nearest);
+                n += usize::from(!is_hidden);
             }
         }
         for first in (0..n).step_by(8) {
@@ -593,6 +587,61 @@ mod tests {
             }
         }
         shown
+    }
+
+    /// What is drawn first hides some of what comes after it, and never too much.
+    #[test]
+    fn clusters_share_a_tile_in_any_order() {
+        let random = &mut Random(9);
+        let (mut tile, mut assembly) = (TileBuffer::default(), Assembly::default());
+        let mut shown = 0;
+        for round in 0..36 {
+            let sizes = [[40.0, 0.05], [3.0, 0.2], [0.6, 0.6]][round % 3];
+            let samples = Samples::ALL[round / 3 % 4];
+            let mut cases = sizes.map(|size| case(random, size, Facing::Both));
+            if round % 2 == 0 {
+                // A wall across the triangles.
+                let corners = |at: [f32; 3]| at.map(|at| 1.5 * at).repeat(8);
+                let (x, y) = (corners([-9.0, 9.0, 0.0]), corners([-9.0, -9.0, 18.0]));
+                cases[0].positions = [x, y, vec![-1.5; 24]];
+                (cases[0].corners, cases[0].ids) = (vec![[0, 1, 2, 0]], vec![0]);
+            }
+            cases[1].object.first_id += 1000;
+            let [mut want, others] = [0, 1].map(|i| expected::<8>(&cases[i], samples).planes);
+            for (own, other) in want.iter_mut().flatten().zip(others.iter().flatten()) {
+                let nearer = other.0 > own.0 || other.0 == own.0 && other.1 < own.1;
+                *own = if nearer { *other } else { *own };
+            }
+            for (level, order) in
+                levels().into_iter().flat_map(|level| [[0, 1], [1, 0]].map(|order| (level, order)))
+            {
+                for (left, top) in [(0, 0), (64, 0), (64, 64)] {
+                    tile.begin([left, top], 64, samples);
+                    for case in order.map(|i| &cases[i]) {
+                        let [x, y, z] = &case.positions;
+                        let (corners, ids) = (&case.corners[..], &case.ids[..]);
+                        let cluster = Cluster { positions: [x, y, z], corners, ids };
+                        assembly.assemble(level, &cluster, &Object { samples, ..case.object });
+                        draw(&mut tile, &assembly, None);
+                        tile.validate();
+                    }
+                    for (sample, plane) in want.iter().enumerate() {
+                        for row in 0..64 {
+                            let start = (top as usize + row) * SIZE as usize + left as usize;
+                            let (keys, ids) = (tile.keys(sample, row), tile.ids(sample, row));
+                            let got: Vec<_> = keys.zip(ids).collect();
+                            assert_eq!(
+                                got,
+                                plane[start..start + 64],
+                                "{level:?} {samples:?} {round}"
+                            );
+                            shown += got.iter().filter(|(key, _)| *key != 0).count();
+                        }
+                    }
+                }
+            }
+        }
+        assert!(shown > 100_000, "{shown}");
     }
 
     #[test]

@@ -223,8 +223,7 @@ impl<S: Simd> Column<S> {
             if row + 1 == rows[1] {
                 outside |= i32x8::splat(simd, 0).combine(i32x8::splat(simd, -1));
             }
-            // Long registers are done before anybody could foresee the answer.
-            if !PARTLY || S::f32s::LEN == 16 || outside.simd_ge(0).any_true() {
+            if !PARTLY || is_long::<S>() || outside.simd_ge(0).any_true() {
                 let (upper_keys, lower_keys) = key_rows.split_at_mut(stride);
                 let (upper_ids, lower_ids) = id_rows.split_at_mut(stride);
                 let (upper_keys, lower_keys) = (eight(upper_keys), eight(lower_keys));
@@ -268,6 +267,12 @@ impl<S: Simd> Column<S> {
         }
         written
     }
+}
+
+/// Whether a register holds sixteen samples: then all are drawn before anybody could foresee whether any is inside.
+#[inline(always)]
+pub(crate) fn is_long<S: Simd>() -> bool {
+    S::f32s::LEN == 16
 }
 
 /// Which of sixteen samples a triangle wins: those not `outside`, and nearer than what is there: the key and the old

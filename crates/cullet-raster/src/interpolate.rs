@@ -233,6 +233,7 @@ mod tests {
         let nowhere = Interpolator {
             at_origin: DVec3::ZERO,
             ddx: DVec3::ZERO,
+            ddy: DVec3::ZERO,
             ..Interpolator::snapped::<16>(viewport(), &CORNERS)
         };
         for (level, interpolator) in levels().into_iter().flat_map(|level| {
@@ -242,6 +243,9 @@ mod tests {
         }) {
             let mut row = [0.0; 64];
             interpolator.fill_row(level, values, [0, 25], &mut row);
+            if interpolator.ddy == DVec3::ZERO {
+                assert_eq!(row, [(values.element_sum() / 3.0) as f32; 64], "{level:?}");
+            }
             let mut plain = [0.0; 64];
             interpolator.fill_row(Level::Fallback(Fallback::new()), values, [0, 25], &mut plain);
             assert_eq!(row, plain, "{level:?}");

@@ -8,7 +8,7 @@ use fearless_simd::{Simd, f32x16, f64x8, i16x32, i32x16, mask32x16, prelude::*, 
 
 use crate::blocks::Columns;
 use crate::depth::reversed_key;
-use crate::fill::{KeepSample, TileTriangle, shift, wins_of};
+use crate::fill::{KeepSample, TileTriangle, is_long, shift, wins_of};
 use crate::samples::{Offset, Samples};
 use crate::tile::TileBuffer;
 
@@ -224,8 +224,7 @@ impl<S: Simd> Patch<S> {
                 true => values.signs(),
                 false => i32x16::splat(simd, 0),
             };
-            // Long registers are done before anybody could foresee the answer.
-            if !PARTLY || S::f32s::LEN == PATCH || outside.simd_ge(0).any_true() {
+            if !PARTLY || is_long::<S>() || outside.simd_ge(0).any_true() {
                 let key = self.key::<PARTLY>(simd, triangle, way_y);
                 let (row_keys, row_ids) = (sixteen(row_keys), sixteen(row_ids));
                 let old_key = i32x16::simd_from(simd, *row_keys);

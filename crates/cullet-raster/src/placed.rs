@@ -22,8 +22,6 @@ pub(crate) struct Placed {
     pub y: [i32; MAX_VERTICES],
     /// Reversed depth, in `0..=1`; likewise.
     pub depth: [f64; MAX_VERTICES],
-    /// The same as keys, once asked for.
-    pub key: [i32; MAX_VERTICES],
     /// Bits of the planes a vertex lies outside of.
     pub outside: [u8; MAX_VERTICES],
     /// Bits of the planes that cut its triangles; all where it is not finite.
@@ -38,7 +36,6 @@ impl Default for Placed {
             x: [0; MAX_VERTICES],
             y: [0; MAX_VERTICES],
             depth: [0.0; MAX_VERTICES],
-            key: [0; MAX_VERTICES],
             outside: [0; MAX_VERTICES],
             cuts: [0; MAX_VERTICES],
             special: false,
@@ -133,16 +130,15 @@ impl Placed {
         }
     }
 
-    /// Makes keys of the depths of the first `n` vertices.
+    /// The keys of the depths of the first `n` vertices, as [`reversed_key`](crate::depth::reversed_key) makes them.
     #[inline(always)]
-    pub fn find_keys<S: Simd>(&mut self, simd: S, n: usize) {
+    pub fn find_keys<S: Simd>(&self, simd: S, n: usize, keys: &mut [i32; MAX_VERTICES]) {
         let mut start = 0;
         while start < n.min(MAX_VERTICES) {
             let low = f64x4::from_slice(simd, &self.depth[start..start + 4]);
             let high = f64x4::from_slice(simd, &self.depth[start + 4..start + 8]);
-            // As of `reversed_key`: the sum has no negative zero.
-            let key: i32x8<S> = (low.narrow(high) + 0.0).bitcast();
-            key.store_slice(&mut self.key[start..start + 8]);
+            let key: i32x8<S> = (low.narrow(high) + 0.0).bitcast(); // the sum has no negative zero
+            key.store_slice(&mut keys[start..start + 8]);
             start += 8;
         }
     }
@@ -272,6 +268,7 @@ fn snap<S: Simd, const BITS: u32>(simd: S, px: f64x4<S>, side: u32) -> i64x4<S> 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::depth::reversed_key;
     use crate::precision::Transforms;
     use crate::setup::Placer;
     use fearless_simd::dispatch;
@@ -319,6 +316,8 @@ mod tests {
                 let mut placed = Placed::default();
                 let positions = [&odd[..], &turned[..], &ones[..]];
                 dispatch!(level, simd => place(simd, &mut placed, &lens, positions, transforms));
+                let mut keys = [0; MAX_VERTICES];
+                dispatch!(level, simd => placed.find_keys(simd, odd.len(), &mut keys));
                 let mut special = false;
                 for i in 0..odd.len() {
                     let point = Vec3::new(odd[i], turned[i], ones[i]);
@@ -330,6 +329,7 @@ mod tests {
                         let at = [i64::from(placed.x[i]), i64::from(placed.y[i])];
                         assert_eq!(at, [plain.at.x, plain.at.y]);
                         assert_eq!(placed.depth[i].to_bits(), plain.depth.to_bits());
+                        assert_eq!(keys[i], reversed_key(plain.depth as f32));
                     }
                 }
                 assert_eq!(placed.special, special);

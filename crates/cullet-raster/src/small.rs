@@ -12,10 +12,10 @@ use crate::tile::{BLOCK, BLOCK_BITS, TileBuffer};
 
 /// Boxes of at most this many pixels along each axis are drawn here.
 pub(crate) const SMALL: i32 = 6;
-const _: () = assert!(SMALL <= BLOCK as i32);
 
 /// Pixels of a box that are looked at before samples are tried: as many as a word has bits for, and at least a row.
 const STEPS: usize = 8;
+const _: () = assert!(SMALL as usize <= BLOCK && SMALL as usize <= STEPS && 8 * STEPS <= 64);
 
 /// Eight triangles in a tile; those that are not to be drawn may hold anything.
 pub(crate) struct Small<'s, S: Simd> {
@@ -119,7 +119,7 @@ impl<S: Simd> Small<'_, S> {
         let (end_column, end_row) =
             ((self.x + self.width - 1) >> BLOCK_BITS, (self.y + self.height - 1) >> BLOCK_BITS);
         let first: [i32; 8] = (row * per_row as i32 + column).into();
-        // A box is smaller than a block: it lies in one, or in two along an axis.
+        // A box is no larger than a block: it lies in one, or in two along an axis.
         let wide = end_column.simd_gt(column).to_bitmask() & lanes;
         let tall = end_row.simd_gt(row).to_bitmask() & lanes;
         let further = [0, 1, per_row, per_row + 1];
@@ -127,7 +127,7 @@ impl<S: Simd> Small<'_, S> {
         while touched != 0 {
             let bit = touched.trailing_zeros() as usize;
             touched &= touched - 1;
-            tile.touch_block(first[bit % 8] as usize + further[bit / 8 % 4]);
+            tile.touch_block(first[bit % 8] as usize + further[bit / 8 % 4], i32::MAX);
         }
     }
 

@@ -15,9 +15,10 @@ use crate::samples::Samples;
 pub(crate) const BLOCK: usize = 8;
 pub(crate) const BLOCK_BITS: u32 = BLOCK.trailing_zeros();
 
-/// Columns beyond the right border, so that a group of eight may begin at the last column, and a cache
+/// Columns beyond the right border, so that a group of sixteen may begin at the last column, and a cache
 /// line's worth, so that all rows begin alike.
 const MARGIN: usize = LINE;
+const _: () = assert!(MARGIN >= 16);
 
 /// How many things must be found hidden block by block before the whole tile is looked at again.
 const HIDDEN_TILL_ALL: u32 = 2;
@@ -94,7 +95,7 @@ impl TileBuffer {
             let n = samples.count() * self.stride_px() * (side + 2) + LINE;
             self.keys.resize(n, 0);
             self.ids.resize(n, 0);
-            // All of it by itself: bytes that are alike are set many at a time, unlike what is added by the way.
+            // `fill` sets many at a time, which `resize` does not.
             self.keys.fill(0);
             self.ids.fill(NO_TRIANGLE);
             let start = |offset: usize| offset.min(LINE); // no promise is given that it is known
@@ -110,7 +111,7 @@ impl TileBuffer {
 
     /// Empties the blocks that were written to.
     fn clear_touched(&mut self) {
-        let per_row = self.side / BLOCK;
+        let per_row = self.blocks_per_row();
         let n_samples = self.samples.count();
         let (stride, width) = (self.stride_px() * n_samples, BLOCK * n_samples);
         for (block, _) in (0..).zip(&self.blocks).filter(|(_, block)| block.is_touched) {
@@ -192,22 +193,19 @@ impl TileBuffer {
     /// Notes that pixels of `rect` may have been written, with keys no nearer than `nearest`.
     #[inline(always)]
     pub(crate) fn touch(&mut self, rect: TileRect, nearest: i32) {
-        let per_row = self.side / BLOCK;
+        let per_row = self.blocks_per_row();
         for row in rect.y[0] / BLOCK..rect.y[1].div_ceil(BLOCK) {
             for column in rect.x[0] / BLOCK..rect.x[1].div_ceil(BLOCK).min(per_row) {
-                let block = &mut self.blocks[row * per_row + column];
-                block.nearest = block.nearest.max(nearest);
-                block.n_stale += 1;
-                block.is_touched = true;
+                self.touch_block(row * per_row + column, nearest);
             }
         }
     }
 
-    /// [`TileBuffer::touch`] for one block, with any keys.
+    /// [`TileBuffer::touch`] for one block.
     #[inline(always)]
-    pub(crate) fn touch_block(&mut self, block: usize) {
+    pub(crate) fn touch_block(&mut self, block: usize, nearest: i32) {
         let block = &mut self.blocks[block];
-        block.nearest = i32::MAX;
+        block.nearest = block.nearest.max(nearest);
         block.n_stale += 1;
         block.is_touched = true;
     }
@@ -282,7 +280,7 @@ impl TileBuffer {
         rect: TileRect,
         key: i32,
     ) -> bool {
-        let per_row = self.side / BLOCK;
+        let per_row = self.blocks_per_row();
         for row in rect.y[0] / BLOCK..rect.y[1].div_ceil(BLOCK) {
             for column in rect.x[0] / BLOCK..rect.x[1].div_ceil(BLOCK) {
                 let block = row * per_row + column;
@@ -301,7 +299,7 @@ impl TileBuffer {
     /// along an axis are not looked at.
     #[inline(always)]
     pub(crate) fn corners_hide(&self, BlockRect { x, y }: BlockRect, key: i32) -> bool {
-        let per_row = self.side / BLOCK;
+        let per_row = self.blocks_per_row();
         let (upper, lower) = (y[0] * per_row, y[1] * per_row);
         let farthest = |block: usize| self.blocks[block].farthest;
         let [a, b] = [farthest(upper + x[0]), farthest(upper + x[1])];
@@ -330,7 +328,7 @@ impl TileBuffer {
     #[inline(always)]
     fn farthest_of<S: Simd>(&mut self, simd: S, block: usize) -> i32 {
         if self.blocks[block].n_stale > 0 {
-            let per_row = self.side / BLOCK;
+            let per_row = self.blocks_per_row();
             let n_samples = self.samples.count();
             let corner = block / per_row * BLOCK * self.stride_px() + block % per_row * BLOCK;
             let mut least = i32x8::splat(simd, i32::MAX);
@@ -353,7 +351,7 @@ impl TileBuffer {
     #[cfg(test)]
     pub(crate) fn validate(&self) {
         let n_samples = self.samples.count();
-        let per_row = self.side / BLOCK;
+        let per_row = self.blocks_per_row();
         for (i, block) in self.blocks.iter().enumerate() {
             for row in 0..BLOCK {
                 let at = (i / per_row * BLOCK + row) * self.stride_px() + i % per_row * BLOCK;
@@ -396,5 +394,53 @@ mod tests {
         assert!(tile.hides(Level::new(), whole, 39));
         assert!(!tile.hides(Level::new(), whole, 40));
         assert!(!tile.hides(Level::new(), TileRect { x: [8, 17], y: [0, 8] }, 39));
+    }
+
+    #[test]
+    fn few_blocks_hide_what_is_behind_all_of_them() {
+        let mut tile = TileBuffer::default();
+        tile.begin([0, 0], 32, Samples::Four);
+        let farthest = |block: usize| 10 + (block * 7 % 16) as i32;
+        for block in 0..16 {
+            tile.cover_block(block, [farthest(block), 100]);
+        }
+        for place in 0..256 {
+            let ([x0, x1], [y0, y1]) =
+                ([place & 3, place >> 2 & 3], [place >> 4 & 3, place >> 6 & 3]);
+            if x0 > x1 || y0 > y1 {
+                continue;
+            }
+            let blocks = (y0..=y1).flat_map(|y| (x0..=x1).map(move |x| 4 * y + x));
+            let least = blocks.map(farthest).min().unwrap();
+            let is_few = x1 - x0 < 2 && y1 - y0 < 2;
+            let rect = BlockRect { x: [x0, x1], y: [y0, y1] };
+            assert_eq!(tile.corners_hide(rect, least - 1), is_few, "{rect:?}");
+            assert!(!tile.corners_hide(rect, least), "{rect:?}");
+        }
+    }
+
+    #[test]
+    fn blocks_are_looked_at_again_when_written_to_often() {
+        let mut tile = TileBuffer::default();
+        tile.begin([0, 0], 16, Samples::Two);
+        tile.keys.fill(50);
+        for _ in 0..3 {
+            tile.touch_block(0, 50);
+        }
+        let block = BlockRect { x: [0, 0], y: [0, 0] };
+        dispatch!(Level::new(), simd => tile.look_again::<_, 4>(simd));
+        assert!(!tile.corners_hide(block, 49));
+        tile.touch_block(0, 50);
+        dispatch!(Level::new(), simd => tile.look_again::<_, 4>(simd));
+        assert!(tile.corners_hide(block, 49) && !tile.corners_hide(block, 50));
+    }
+
+    #[test]
+    fn a_column_is_behind_where_each_of_its_blocks_is() {
+        let mut tile = TileBuffer::default();
+        tile.begin([0, 0], 32, Samples::One);
+        tile.touch_block(9, 40); // in the second column and the third row
+        assert!(tile.column_is_behind(0, 4, 1) && tile.column_is_behind(1, 2, 1));
+        assert!(!tile.column_is_behind(1, 3, 40) && tile.column_is_behind(1, 4, 41));
     }
 }

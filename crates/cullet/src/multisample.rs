@@ -59,7 +59,6 @@ impl EdgeScratch {
         &mut self,
         simd: S,
         ids: &[u32],
-        middles: &[Middle],
         place: Place,
         whole: Range<usize>,
     ) {
@@ -87,7 +86,7 @@ impl EdgeScratch {
                 let at = edges.trailing_zeros() as usize % 8;
                 edges &= edges - 1;
                 let seen: &[u32; N] = seen[at * N..].first_chunk().expect("those of a pixel");
-                self.edge(*seen, middles, place.right(first + at));
+                self.edge(*seen, place.right(first + at));
             }
             first += 8;
         }
@@ -96,7 +95,7 @@ impl EdgeScratch {
     /// A pixel whose samples see different triangles.
     #[inline(always)]
     #[expect(clippy::needless_range_loop, reason = "iterators beside vectors may become calls")]
-    fn edge<const N: usize>(&mut self, ids: [u32; N], middles: &[Middle], place: Place) {
+    fn edge<const N: usize>(&mut self, ids: [u32; N], place: Place) {
         let mut n_wanted = 0;
         let (_, free) = self.wanted.split_at_mut(self.n_wanted);
         let (_, free_weights) = self.weights.split_at_mut(self.n_wanted);
@@ -109,7 +108,7 @@ impl EdgeScratch {
             for other in 0..N {
                 own |= usize::from(ids[other] == seen) << other;
             }
-            let Middle { x, y, weight } = middles[own % middles.len()];
+            let Middle { x, y, weight } = middles_of::<N>()[own];
             let (x, y) = (place.x as i32 * 16 + 8 + x, place.y as i32 * 16 + 8 + y);
             wanted[n_wanted % N] = Wanted { id: seen, x, y };
             weights[n_wanted % N] = weight;
@@ -131,7 +130,6 @@ impl EdgeScratch {
         place: [u32; 2],
         stride: usize,
     ) {
-        let middles = middles_of(tile.samples());
         let (width, height) = (rect.width as usize, rect.height as usize);
         // Eights reach into the next row, which is written later.
         self.whole.resize((width * height + 8).max(self.whole.len()), NO_TRIANGLE);
@@ -139,7 +137,7 @@ impl EdgeScratch {
         for i in 0..height {
             let ids = &ids[i * ids_stride..];
             let place = Place { x: rect.x, y: rect.y + i as u32, out: i * stride };
-            self.row::<S, N>(simd, ids, middles, place, i * width..(i + 1) * width);
+            self.row::<S, N>(simd, ids, place, i * width..(i + 1) * width);
         }
     }
 }
@@ -215,13 +213,14 @@ static MIDDLES_OF_TWO: [Middle; 4] = middles(Samples::Two);
 static MIDDLES_OF_FOUR: [Middle; 16] = middles(Samples::Four);
 static MIDDLES_OF_EIGHT: [Middle; 256] = middles(Samples::Eight);
 
-/// [`middles`] of a pattern; of one sample there are no edges.
-fn middles_of(samples: Samples) -> &'static [Middle] {
-    match samples {
-        Samples::One => &[],
-        Samples::Two => &MIDDLES_OF_TWO,
-        Samples::Four => &MIDDLES_OF_FOUR,
-        Samples::Eight => &MIDDLES_OF_EIGHT,
+/// [`middles`] of the pattern of `N` samples; of one there are no edges.
+#[inline(always)]
+fn middles_of<const N: usize>() -> &'static [Middle] {
+    match N {
+        2 => &MIDDLES_OF_TWO,
+        4 => &MIDDLES_OF_FOUR,
+        8 => &MIDDLES_OF_EIGHT,
+        _ => &[],
     }
 }
 
@@ -319,7 +318,7 @@ mod tests {
                 weights: vec![0.0; N],
                 ..EdgeScratch::default()
             };
-            scratch.edge(ids, middles_of(samples), Place { x: 3, y: 5, out: 7 });
+            scratch.edge(ids, Place { x: 3, y: 5, out: 7 });
             let mut sum = [0.0; 2];
             let wanted = &scratch.wanted[..scratch.n_wanted];
             for (wanted, weight) in wanted.iter().zip(&scratch.weights) {

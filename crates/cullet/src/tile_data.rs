@@ -47,13 +47,13 @@ impl Distance {
         let mut n_shown = 0;
         for row in 0..height {
             let (keys, ids) = (&keys[row * stride..], &ids[row * stride..]);
-            // By index: iterators side by side are a call each, and slow, in code for wide registers.
             let mut ahead = 0;
             while ahead < width {
                 prefetch(out, (row + ROWS_AHEAD) * out_stride + ahead);
                 ahead += 16;
             }
             let out = &mut out[row * out_stride..][..width];
+            // By index: iterators side by side are a call each, and slow, in code for wide registers.
             let mut i = 0;
             while i + n <= width {
                 let (distance, is_there) = self.of_vector(simd, keys, ids, i);

@@ -183,7 +183,7 @@ impl<'a> TileShader<'a> {
             let left = data.without(filled);
             out.clear_data([rect.width, rect.height], left);
             // Clipped triangles have their distances from their corners.
-            let clipped = if data.contains(Pass::Depth) { &raster.clipped[..] } else { &[] };
+            let clipped = if filled.contains(Pass::Depth) { &raster.clipped[..] } else { &[] };
             if left != Passes::NONE || !clipped.is_empty() {
                 let slots = &mut self.scratch.corners;
                 let mut corners = Corners::new(&scene, slots);

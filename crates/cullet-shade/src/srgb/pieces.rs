@@ -118,8 +118,12 @@ kernel!(
             whole.store_slice(group);
             if doubtful != 0 {
                 let bits: u32x16<_> = _mm512_castps_si512(x).simd_into(token);
-                for (code, bits) in group.iter_mut().zip(bits.as_slice()) {
-                    *code = encoder.code(*bits);
+                let bits = bits.as_slice();
+                let mut left = u32::from(doubtful);
+                while left != 0 {
+                    let lane = left.trailing_zeros() as usize % 16;
+                    left &= left - 1;
+                    group[lane] = encoder.code(bits[lane]);
                 }
             }
             at += 16;
