@@ -213,12 +213,7 @@ impl Job<'_> {
     /// Triangles `first..first + n`.
     #[inline(always)]
     fn eight<S: Simd>(&mut self, simd: S, first: usize, n: usize) {
-        // Beyond the last there is any other, which nobody looks at.
-        let mut corners = [[0; 4]; 8];
-        match self.cluster.corners[first..].first_chunk() {
-            Some(eight) => corners = *eight,
-            None => corners[..n].copy_from_slice(&self.cluster.corners[first..first + n]),
-        }
+        let corners = eight_from(self.cluster.corners, first);
         let (mut x, mut y) = ([[0; 8]; 3], [[0; 8]; 3]);
         let placed = &self.out.placed;
         for lane in 0..8 {
@@ -254,14 +249,7 @@ impl Job<'_> {
 
         drawn &= hold_samples([left, right, upper, lower], self.object.samples);
         if drawn != 0 {
-            let ids = match self.cluster.ids[first..].first_chunk() {
-                Some(eight) => *eight,
-                None => {
-                    let mut ids = [0; 8];
-                    ids[..n].copy_from_slice(&self.cluster.ids[first..first + n]);
-                    ids
-                }
-            };
+            let ids = eight_from(self.cluster.ids, first);
             let ids = u32x8::simd_from(simd, ids) + self.object.first_id;
             // All eight as they are: what is not drawn lies nowhere. To pack what is drawn takes longer than to
             // pass it over.
@@ -350,6 +338,18 @@ impl Job<'_> {
         };
         counters.count(outcome, !cuts.is_empty());
     }
+}
+
+/// Eight of a list; beyond its last there is any other, which nobody looks at.
+#[inline(always)]
+fn eight_from<T: Copy + Default>(list: &[T], first: usize) -> [T; 8] {
+    let rest = &list[first..];
+    if let Some(eight) = rest.first_chunk() {
+        return *eight;
+    }
+    let mut eight = [T::default(); 8];
+    eight[..rest.len()].copy_from_slice(rest);
+    eight
 }
 
 /// Corners in clockwise order, a byte each from the lowest on: the second and the third change places

@@ -3,12 +3,14 @@
 //! With [`Assembly`] the fast path of [`crate::set_up`] and [`crate::cover`], with the same result
 //! to the last bit.
 
-use fearless_simd::{Level, Simd, i32x8, mask32x8, prelude::*};
+use fearless_simd::{Level, Simd, i32x8, prelude::*};
 
-use crate::assembly::{Assembly, BITS, MAX_TRIANGLES, load, pixels8};
+use crate::assembly::{Assembly, BITS, MAX_TRIANGLES, load};
 use crate::blocks::fill_blocks;
+use crate::boxes8::Boxes;
 use crate::depth::{ReversedF32, reversed_key};
 use crate::depth8::{Corners8, Planes8};
+use crate::edges8::{Eight, edge, lane_of};
 use crate::fill::{self, KeepSample, TileTriangle, fill};
 use crate::level::dispatch_wide;
 use crate::patch::{self, Values};
@@ -17,7 +19,7 @@ use crate::plain::{self, fill_plain};
 use crate::samples::{Offset, Samples};
 use crate::setup::ScreenTriangle;
 use crate::small::{SMALL, Small};
-use crate::tile::{BLOCK_BITS, BlockRect, TileBuffer, TileRect};
+use crate::tile::TileBuffer;
 
 /// How often a block must have been written to for its farthest sample to be looked for again on behalf
 /// of one triangle.
@@ -65,41 +67,6 @@ struct Job<'j, 'k, const N: usize> {
     n_won: u64,
 }
 
-/// Pixels of eight triangles in a tile whose samples may lie between their borders: the first ones
-/// and those after the last.
-struct Boxes<S: Simd> {
-    x: [i32x8<S>; 2],
-    y: [i32x8<S>; 2],
-}
-
-impl<S: Simd> Boxes<S> {
-    /// The blocks that they lie in.
-    #[inline(always)]
-    fn blocks(&self) -> Blocks8 {
-        let [[start_x, end_x], [start_y, end_y]] = [self.x, self.y];
-        Blocks8 {
-            x: [(start_x >> BLOCK_BITS).into(), ((end_x - 1) >> BLOCK_BITS).into()],
-            y: [(start_y >> BLOCK_BITS).into(), ((end_y - 1) >> BLOCK_BITS).into()],
-        }
-    }
-}
-
-/// The first and the last column and row of the blocks of eight boxes.
-struct Blocks8 {
-    x: [[i32; 8]; 2],
-    y: [[i32; 8]; 2],
-}
-
-impl Blocks8 {
-    #[inline(always)]
-    fn of(&self, lane: usize) -> BlockRect {
-        BlockRect {
-            x: [self.x[0][lane] as usize, self.x[1][lane] as usize],
-            y: [self.y[0][lane] as usize, self.y[1][lane] as usize],
-        }
-    }
-}
-
 impl<const N: usize> Job<'_, '_, N> {
     #[inline(always)]
     fn run<S: Simd>(&mut self, simd: S) {
@@ -110,15 +77,14 @@ impl<const N: usize> Job<'_, '_, N> {
         }
         for first in (0..self.assembly.n).step_by(8) {
             let [left, right, upper, lower] = &self.assembly.borders;
-            let boxes = self.boxes(
+            let boxes = Boxes::new(
+                self.tile,
                 i32x8::from_slice(simd, &left[first..first + 8]),
                 i32x8::from_slice(simd, &right[first..first + 8]),
                 i32x8::from_slice(simd, &upper[first..first + 8]),
                 i32x8::from_slice(simd, &lower[first..first + 8]),
             );
-            let [start_x, end_x] = boxes.x;
-            let [start_y, end_y] = boxes.y;
-            let mut holds = (start_x.simd_lt(end_x) & start_y.simd_lt(end_y)).to_bitmask();
+            let mut holds = boxes.hold();
             let blocks = boxes.blocks();
             while holds != 0 {
                 let lane = holds.trailing_zeros() as usize % 8;
@@ -154,26 +120,6 @@ impl<const N: usize> Job<'_, '_, N> {
             && !self.tile.all_hides(*nearest)
     }
 
-    /// Boxes between borders, cut to the tile.
-    #[inline(always)]
-    fn boxes<S: Simd>(
-        &self,
-        left: i32x8<S>,
-        right: i32x8<S>,
-        upper: i32x8<S>,
-        lower: i32x8<S>,
-    ) -> Boxes<S> {
-        let samples = self.tile.samples();
-        let side = self.tile.side() as i32;
-        let [x, y] = self.tile.origin();
-        let [start_x, end_x] = pixels8(left, right, samples);
-        let [start_y, end_y] = pixels8(upper, lower, samples);
-        Boxes {
-            x: [(start_x - x).max(0), (end_x - x).min(side)],
-            y: [(start_y - y).max(0), (end_y - y).min(side)],
-        }
-    }
-
     /// The first `n` of eight triangles that have a box here.
     #[inline(always)]
     fn eight<S: Simd>(&mut self, simd: S, triangles: &[u8; 8], n: usize) {
@@ -197,7 +143,8 @@ impl<const N: usize> Job<'_, '_, N> {
         }
         let [ax, bx, cx] = load(simd, x);
         let [ay, by, cy] = load(simd, y);
-        let boxes = self.boxes(
+        let boxes = Boxes::new(
+            self.tile,
             ax.min(bx).min(cx),
             ax.max(bx).max(cx),
             ay.min(by).min(cy),
@@ -304,82 +251,6 @@ impl<const N: usize> Job<'_, '_, N> {
             fill_blocks::<_, patch::Column<S, N>, N>(simd, tile, triangle, offsets, &values, keep)
         }
     }
-}
-
-/// An edge of eight triangles.
-struct Edge8<S: Simd> {
-    value: i32x8<S>,
-    rest: i32x8<S>,
-    run: i32x8<S>,
-    drop: i32x8<S>,
-}
-
-impl<S: Simd> Edge8<S> {
-    /// What [`Values::of_short`] takes.
-    #[inline(always)]
-    fn pair(&self) -> i32x8<S> {
-        self.run & 0xffff | -self.drop << 16
-    }
-}
-
-/// Values at `(px, py)`; the rule is that of [`crate::cover`].
-#[inline(always)]
-fn edge<S: Simd>(
-    simd: S,
-    from_x: i32x8<S>,
-    from_y: i32x8<S>,
-    to_x: i32x8<S>,
-    to_y: i32x8<S>,
-    px: i32x8<S>,
-    py: i32x8<S>,
-) -> Edge8<S> {
-    let (run, drop) = (to_x - from_x, to_y - from_y);
-    let top_left: mask32x8<S> = drop.simd_lt(0) | (drop.simd_eq(0) & run.simd_gt(0));
-    let least = top_left.select(i32x8::splat(simd, 0), i32x8::splat(simd, 1));
-    let value = run * (py - from_y) - drop * (px - from_x) - least;
-    Edge8 { value: value >> 8, rest: value & 255, run, drop }
-}
-
-/// Eight triangles set up, number by number.
-struct Eight {
-    x: [[i32; 8]; 2],
-    y: [[i32; 8]; 2],
-    value: [[i32; 8]; 3],
-    rest: [[i32; 8]; 3],
-    left: [[i32; 8]; 3],
-    down: [[i32; 8]; 3],
-    pairs: [[i32; 8]; 3],
-    planes: Planes8,
-}
-
-impl Eight {
-    /// Pixels that the samples of the triangle in `lane` may lie in.
-    #[inline(always)]
-    fn rect(&self, lane: usize) -> TileRect {
-        TileRect {
-            x: [self.x[0][lane] as usize, self.x[1][lane] as usize],
-            y: [self.y[0][lane] as usize, self.y[1][lane] as usize],
-        }
-    }
-
-    /// The triangle in `lane`, with the depth of its corners.
-    #[inline(always)]
-    fn triangle(&self, lane: usize, id: u32, depth: [f64; 3]) -> TileTriangle {
-        TileTriangle {
-            id,
-            rect: self.rect(lane),
-            value: lane_of(&self.value, lane),
-            rest: lane_of(&self.rest, lane),
-            left: lane_of(&self.left, lane),
-            down: lane_of(&self.down, lane),
-            depth: self.planes.of(lane, depth),
-        }
-    }
-}
-
-#[inline(always)]
-fn lane_of(list: &[[i32; 8]; 3], lane: usize) -> [i32; 3] {
-    [list[0][lane], list[1][lane], list[2][lane]]
 }
 
 #[cfg(test)]

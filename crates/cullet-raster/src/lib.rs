@@ -17,11 +17,13 @@
 
 mod assembly;
 mod blocks;
+mod boxes8;
 mod clip;
 mod cover;
 mod depth;
 mod depth8;
 mod draw;
+mod edges8;
 mod fill;
 mod fixed;
 mod fragment;
