@@ -230,21 +230,20 @@ impl<S: Simd> Column<S> {
                 let (upper_ids, lower_ids) = (eight(upper_ids), eight(lower_ids));
                 let upper = self.way + (depth.depth + depth.ddy * way_y);
                 let lower = self.way + (depth.depth + depth.ddy * (way_y + 1.0));
-                let mut reversed = upper.narrow(lower);
-                if PARTLY {
-                    // Rounding keeps the order: it is the same before and after it.
-                    let (low, high) = (depth.low as f32, depth.high as f32);
-                    let (low, high) = (f32x16::splat(simd, low), f32x16::splat(simd, high));
-                    reversed = reversed.max(low).min(high);
-                }
-                // The sum has no negative zero; bits of floats from 0 on are in their order.
-                let key: i32x16<S> = (reversed + 0.0).bitcast();
+                let key = match PARTLY {
+                    true => clamped_key(simd, depth, upper.narrow(lower)),
+                    // The sum has no negative zero.
+                    false => (upper.narrow(lower) + 0.0).bitcast(),
+                };
                 let old_key = i32x8::simd_from(simd, *upper_keys)
                     .combine(i32x8::simd_from(simd, *lower_keys));
                 let old_id =
                     u32x8::simd_from(simd, *upper_ids).combine(u32x8::simd_from(simd, *lower_ids));
                 let id = u32x16::splat(simd, triangle.id);
-                let mut wins = wins_of(simd, outside, [key, old_key], [id, old_id]);
+                let [mut wins, ties] = nearer_or_tied(simd, outside, key, old_key);
+                if ties.any_true() {
+                    wins |= ties & id.simd_lt(old_id);
+                }
                 if KEEPS && let Some(keep) = keep.as_deref_mut() {
                     let place = [16 * (left + self.x as i32) + 8, 16 * (top + row as i32) + 8];
                     let bits = kept(wins.to_bitmask(), place, triangle.id, keep);
@@ -275,18 +274,28 @@ pub(crate) fn is_long<S: Simd>() -> bool {
     S::f32s::LEN == 16
 }
 
-/// Which of sixteen samples a triangle wins: those not `outside`, and nearer than what is there: the key and the old
-/// one, of which neither is negative. Where they are equal, the higher id is behind by one.
+/// The keys of reversed depths, brought between those of the triangle.
+///
+/// Rounding keeps the order: it is the same before and after it. Bits of floats from 0 on are in their order, too, and
+/// those of others are negative.
 #[inline(always)]
-pub(crate) fn wins_of<S: Simd>(
-    simd: S,
+pub(crate) fn clamped_key<S: Simd>(simd: S, depth: &TileDepth, reversed: f32x16<S>) -> i32x16<S> {
+    let (low, high) = (reversed_key(depth.low as f32), reversed_key(depth.high as f32));
+    let key: i32x16<S> = reversed.bitcast();
+    key.max(i32x16::splat(simd, low)).min(i32x16::splat(simd, high))
+}
+
+/// Which of sixteen samples that are not `outside` have a nearer key than the old one, and which have the same: those
+/// are won by the lower id, which few ever ask for. No key is negative.
+#[inline(always)]
+pub(crate) fn nearer_or_tied<S: Simd>(
+    _: S,
     outside: i32x16<S>,
-    [key, old_key]: [i32x16<S>; 2],
-    [id, old_id]: [u32x16<S>; 2],
-) -> mask32x16<S> {
-    let (none, minus_one) = (i32x16::splat(simd, 0), i32x16::splat(simd, -1));
-    let behind = id.simd_ge(old_id).select(minus_one, none);
-    (outside | (key - old_key + behind)).simd_ge(0)
+    key: i32x16<S>,
+    old_key: i32x16<S>,
+) -> [mask32x16<S>; 2] {
+    let inside = outside.simd_ge(0);
+    [inside & key.simd_gt(old_key), inside & key.simd_eq(old_key)]
 }
 
 /// Which of two rows of eight pixels have matter; the first is at `place`.

@@ -8,7 +8,7 @@ use fearless_simd::{Simd, f32x16, f64x8, i16x32, i32x16, mask32x16, prelude::*, 
 
 use crate::blocks::Columns;
 use crate::depth::reversed_key;
-use crate::fill::{KeepSample, TileTriangle, is_long, shift, wins_of};
+use crate::fill::{KeepSample, TileTriangle, clamped_key, is_long, nearer_or_tied, shift};
 use crate::samples::{Offset, Samples};
 use crate::tile::TileBuffer;
 
@@ -147,12 +147,22 @@ pub(crate) fn fill<S: Simd, const N: usize>(
             x += 8;
         }
     } else {
+        // From the first column on: most triangles lie in one patch. What is left of it, at the border of the tile, is
+        // outside.
         let width = PATCH / N;
-        let mut x = rect.x[0] / width * width;
-        while x < rect.x[1] {
-            let patch = Patch::new::<N>(simd, tile, triangle, &values, x);
+        let mut x = rect.x[0].min(tile.side() - width);
+        let mut values = values;
+        if x < rect.x[0] {
+            values = values.right(triangle, x as i32 - rect.x[0] as i32);
+        }
+        loop {
+            let patch = Patch::new::<N>(simd, tile, triangle, values, x);
             written += patch.rows::<N, true>(simd, tile, triangle, x, rect.y);
             x += width;
+            if x >= rect.x[1] {
+                break;
+            }
+            values = values.right(triangle, width as i32);
         }
     }
     if written > 0 {
@@ -171,21 +181,21 @@ struct Patch<S: Simd> {
 }
 
 impl<S: Simd> Patch<S> {
-    /// With its first pixel in column `x`; `values` are those at the first column of the triangle.
+    /// With its first pixel in column `x`, where `values` are.
     #[inline(always)]
     fn new<const N: usize>(
         simd: S,
         tile: &TileBuffer,
         triangle: &TileTriangle,
-        values: &Values<S>,
+        values: Values<S>,
         x: usize,
     ) -> Self {
-        let TileTriangle { rect, depth, .. } = triangle;
+        let TileTriangle { depth, .. } = triangle;
         let lattice = Lattice::of::<N>();
         // Multiples of 1 / 256: exact.
         let way = f64::from(tile.origin()[0] + x as i32) - depth.origin[0];
         Patch {
-            values: values.right(triangle, x as i32 - rect.x[0] as i32),
+            values,
             way: [
                 (f64x8::from_slice(simd, &lattice.x[..8]) + way) * depth.ddx,
                 (f64x8::from_slice(simd, &lattice.x[8..]) + way) * depth.ddx,
@@ -229,10 +239,12 @@ impl<S: Simd> Patch<S> {
                 let (row_keys, row_ids) = (sixteen(row_keys), sixteen(row_ids));
                 let old_key = i32x16::simd_from(simd, *row_keys);
                 let id = u32x16::splat(simd, triangle.id);
-                let old_id = u32x16::simd_from(simd, *row_ids);
-                let wins = wins_of(simd, outside, [key, old_key], [id, old_id]);
+                let [mut wins, ties] = nearer_or_tied(simd, outside, key, old_key);
+                if ties.any_true() {
+                    wins |= ties & id.simd_lt(u32x16::simd_from(simd, *row_ids));
+                }
                 wins.select(key, old_key).store_slice(row_keys);
-                wins.select(id, old_id).store_slice(row_ids);
+                wins.select(id, u32x16::simd_from(simd, *row_ids)).store_slice(row_ids);
                 written += wins.to_bitmask().count_ones();
             }
             if PARTLY {
@@ -253,14 +265,12 @@ impl<S: Simd> Patch<S> {
     ) -> i32x16<S> {
         let in_row = way_y * depth.ddy + depth.depth;
         let [near, far] = self.way;
-        let mut reversed: f32x16<S> = (near + in_row).narrow(far + in_row);
-        if PARTLY {
-            // Rounding keeps the order: it is the same before and after it.
-            let (low, high) = (depth.low as f32, depth.high as f32);
-            reversed = reversed.max(f32x16::splat(simd, low)).min(f32x16::splat(simd, high));
+        let reversed: f32x16<S> = (near + in_row).narrow(far + in_row);
+        match PARTLY {
+            true => clamped_key(simd, depth, reversed),
+            // The sum has no negative zero.
+            false => (reversed + 0.0).bitcast(),
         }
-        // The sum has no negative zero; bits of floats from 0 on are in their order.
-        (reversed + 0.0).bitcast()
     }
 }
 
@@ -294,7 +304,9 @@ impl<S: Simd, const N: usize> Column<S, N> {
     /// The `i`th patch.
     #[inline(always)]
     fn patch(&self, simd: S, tile: &TileBuffer, triangle: &TileTriangle, i: usize) -> Patch<S> {
-        Patch::new::<N>(simd, tile, triangle, &self.values, self.x + i * Self::WIDTH)
+        let x = self.x + i * Self::WIDTH;
+        let values = self.values.right(triangle, x as i32 - triangle.rect.x[0] as i32);
+        Patch::new::<N>(simd, tile, triangle, values, x)
     }
 
     /// Draws some rows of a material with holes; returns how many samples were won.
@@ -330,8 +342,10 @@ impl<S: Simd, const N: usize> Column<S, N> {
                     let old_key = sixteen(&mut tile.keys[key_start + i * PATCH..]);
                     let old_key = i32x16::simd_from(simd, *old_key);
                     let old_id = sixteen(&mut tile.ids[id_start + i * PATCH..]);
-                    let old_id = u32x16::simd_from(simd, *old_id);
-                    let own = wins_of(simd, outside, [keys[i], old_key], [id, old_id]);
+                    let [mut own, ties] = nearer_or_tied(simd, outside, keys[i], old_key);
+                    if ties.any_true() {
+                        own |= ties & id.simd_lt(u32x16::simd_from(simd, *old_id));
+                    }
                     wins |= own.to_bitmask() << (i * PATCH);
                 }
             }

@@ -75,8 +75,8 @@ impl<S: Simd> Small<'_, S> {
                     let x = f64::from(column);
                     let low = planes[0].in_row(low_row, first_x[0] + x);
                     let high = planes[1].in_row(high_row, first_x[1] + x);
-                    let depth = clamp(low.narrow(high), lowest, highest);
-                    let key: i32x8<S> = (depth + 0.0).bitcast();
+                    let depth: i32x8<S> = low.narrow(high).bitcast();
+                    let key = depth.max(lowest).min(highest);
                     let place = first + (row * stride as i32 + column);
                     let at = 8 * (step % STEPS);
                     key.store_slice(&mut step_keys[at..at + 8]);
@@ -131,22 +131,23 @@ impl<S: Simd> Small<'_, S> {
         }
     }
 
-    /// The least and the greatest depth of the corners. Rounding keeps the order, so that clamping may
-    /// follow it.
+    /// The least and the greatest key of the corners, for keys to be brought between as in
+    /// [`clamped_key`](crate::fill::clamped_key).
     #[inline(always)]
-    fn limits(&self, simd: S) -> [f32x8<S>; 2] {
-        let a = single(simd, &self.depth[0]);
-        let b = single(simd, &self.depth[1]);
-        let c = single(simd, &self.depth[2]);
+    fn limits(&self, simd: S) -> [i32x8<S>; 2] {
+        let a = key(simd, &self.depth[0]);
+        let b = key(simd, &self.depth[1]);
+        let c = key(simd, &self.depth[2]);
         [a.min(b).min(c), a.max(b).max(c)]
     }
 }
 
-/// Eight values, rounded.
+/// The keys of eight reversed depths.
 #[inline(always)]
-fn single<S: Simd>(simd: S, values: &[f64; 8]) -> f32x8<S> {
+fn key<S: Simd>(simd: S, values: &[f64; 8]) -> i32x8<S> {
     let low = f64x4::from_slice(simd, &values[0..4]);
-    low.narrow(f64x4::from_slice(simd, &values[4..8]))
+    // The sum has no negative zero.
+    (low.narrow(f64x4::from_slice(simd, &values[4..8])) + 0.0).bitcast()
 }
 
 /// Whole numbers below 2^24.
@@ -154,10 +155,4 @@ fn single<S: Simd>(simd: S, values: &[f64; 8]) -> f32x8<S> {
 fn widened<S: Simd>(_: S, x: i32x8<S>) -> [f64x4<S>; 2] {
     let (low, high) = f32x8::float_from(x).widen();
     [low, high]
-}
-
-/// None of the three is NaN, and negative zeros are lost later: all instruction sets agree on maxima.
-#[inline(always)]
-fn clamp<S: Simd>(depth: f32x8<S>, low: f32x8<S>, high: f32x8<S>) -> f32x8<S> {
-    depth.max(low).min(high)
 }
