@@ -13,7 +13,7 @@ use std::ops::Range;
 use cullet_raster::{BLOCK, NO_TRIANGLE, Samples, TileBuffer};
 use cullet_shade::wide::encode_all;
 use fearless_simd::{Simd, dispatch, prelude::*, u32x8};
-use glam::Vec4;
+use glam::{Vec3, Vec4};
 
 use crate::frame::Target;
 use crate::tile_shader::{TileShader, Wanted};
@@ -24,32 +24,51 @@ use crate::{Region, Settings};
 pub(crate) struct EdgeScratch {
     /// Ids of a rectangle where all samples of a pixel agree, else [`NO_TRIANGLE`].
     whole: Vec<u32>,
+    /// The first `n.edges`, and room for more.
     edges: Vec<Edge>,
-    /// Places whose colours edges are made of: the first `n_wanted`, and room for more.
+    /// Places whose colours edges are made of, those of each one after another: the first `n.wanted`, and room for
+    /// more.
     wanted: Vec<Wanted>,
-    n_wanted: usize,
-    /// Samples that see each of `wanted`.
-    weights: Vec<f32>,
+    /// What each of `wanted` is to its edge.
+    shares: Vec<Share>,
+    n: Counts,
     colors: Vec<Vec4>,
+    means: Vec<Vec4>,
     codes: Vec<[u8; 4]>,
 }
 
+/// How many there are.
+#[derive(Clone, Copy, Debug, Default)]
+struct Counts {
+    edges: usize,
+    wanted: usize,
+}
+
 /// A pixel whose samples disagree.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Edge {
     /// Where it goes.
     out: u32,
-    /// How many of the places wanted are its own.
-    n_wanted: u32,
+    /// The part of its samples that see nothing.
+    unseen: f32,
+}
+
+/// A part of an edge.
+#[derive(Clone, Copy, Debug, Default)]
+struct Share {
+    edge: u32,
+    /// How many of its samples, of one.
+    part: f32,
 }
 
 impl EdgeScratch {
     /// Memory held.
     pub(crate) fn bytes(&self) -> usize {
-        4 * (self.whole.capacity() + self.weights.capacity() + self.codes.capacity())
+        4 * (self.whole.capacity() + self.codes.capacity())
             + self.edges.capacity() * size_of::<Edge>()
             + self.wanted.capacity() * size_of::<Wanted>()
-            + self.colors.capacity() * size_of::<Vec4>()
+            + self.shares.capacity() * size_of::<Share>()
+            + (self.colors.capacity() + self.means.capacity()) * size_of::<Vec4>()
     }
 
     /// Sorts pixels of a row, the first at `place`, into those of one triangle, which go to `whole`, and others.
@@ -64,14 +83,11 @@ impl EdgeScratch {
     ) {
         let nothing = u32x8::splat(simd, NO_TRIANGLE);
         let width = whole.len();
-        let room = self.n_wanted + N * width;
-        if self.wanted.len() < room {
-            self.wanted.resize(room, Wanted::default());
-            self.weights.resize(room, 0.0);
-        }
+        self.make_room(width.next_multiple_of(8), N);
         let mut first = 0;
         while first < width {
-            let seen = &ids[first * N..(first + 8) * N];
+            let seen = ids[first * N..].as_chunks::<N>().0.first_chunk();
+            let seen = seen.expect("rows go on for eight pixels more");
             let at = whole.start + first;
             let whole = &mut self.whole[at..at + 8];
             let planes = by_sample::<S, N>(simd, seen);
@@ -81,42 +97,87 @@ impl EdgeScratch {
             }
             let agree = differs.simd_eq(0);
             agree.select(planes[0], nothing).store_slice(whole);
-            let mut edges = !agree.to_bitmask() & 0xff >> (8 - (width - first).min(8));
-            while edges != 0 {
-                let at = edges.trailing_zeros() as usize % 8;
-                edges &= edges - 1;
-                let seen: &[u32; N] = seen[at * N..].first_chunk().expect("those of a pixel");
-                self.edge(*seen, place.right(first + at));
+            let edges = !agree.to_bitmask() & 0xff >> (8 - (width - first).min(8));
+            if edges != 0 {
+                self.eight(simd, &planes, seen, edges, place.right(first));
             }
             first += 8;
         }
     }
 
-    /// A pixel whose samples see different triangles.
+    /// Room for as many edges more.
     #[inline(always)]
-    #[expect(clippy::needless_range_loop, reason = "iterators beside vectors may become calls")]
-    fn edge<const N: usize>(&mut self, ids: [u32; N], place: Place) {
-        let mut n_wanted = 0;
-        let (_, free) = self.wanted.split_at_mut(self.n_wanted);
-        let (_, free_weights) = self.weights.split_at_mut(self.n_wanted);
-        let wanted: &mut [Wanted; N] = free.first_chunk_mut().expect("room for all");
-        let weights: &mut [f32; N] = free_weights.first_chunk_mut().expect("room for all");
-        // No branches: nobody could foresee them. What is not wanted is written over.
-        for sample in 0..N {
-            let seen = ids[sample];
-            let mut own = 0;
-            for other in 0..N {
-                own |= usize::from(ids[other] == seen) << other;
-            }
-            let Middle { x, y, weight } = middles_of::<N>()[own];
-            let (x, y) = (place.x as i32 * 16 + 8 + x, place.y as i32 * 16 + 8 + y);
-            wanted[n_wanted % N] = Wanted { id: seen, x, y };
-            weights[n_wanted % N] = weight;
-            let is_first = own & ((1 << sample) - 1) == 0;
-            n_wanted += usize::from(is_first & (seen != NO_TRIANGLE));
+    fn make_room(&mut self, n: usize, n_samples: usize) {
+        let (edges, wanted) = (self.n.edges + n, self.n.wanted + n * n_samples);
+        if self.edges.len() < edges || self.wanted.len() < wanted {
+            self.edges.resize(edges, Edge::default());
+            self.wanted.resize(wanted, Wanted::default());
+            self.shares.resize(wanted, Share::default());
         }
-        self.n_wanted += n_wanted;
-        self.edges.push(Edge { out: place.out as u32, n_wanted: n_wanted as u32 });
+    }
+
+    /// Those of eight pixels, the first at `place`, that are `edges`, a bit each. Room has been made for all. `planes`
+    /// are the ids that `seen` has pixel by pixel.
+    #[inline(always)]
+    fn eight<S: Simd, const N: usize>(
+        &mut self,
+        simd: S,
+        planes: &[u32x8<S>; N],
+        seen: &[[u32; N]; 8],
+        edges: u64,
+        place: Place,
+    ) {
+        let zero = u32x8::splat(simd, 0);
+        // By sample, which of a pixel's samples see the same, a bit each.
+        let mut sets = [zero; N];
+        for sample in 0..N {
+            sets[sample] |= 1 << sample;
+            for other in sample + 1..N {
+                let same = planes[sample].simd_eq(planes[other]);
+                sets[sample] |= same.select(u32x8::splat(simd, 1 << other), zero);
+                sets[other] |= same.select(u32x8::splat(simd, 1 << sample), zero);
+            }
+        }
+        // Places wanted, `N` bits a pixel: of each set the first sample.
+        let mut wanted = 0;
+        let mut own = [[0; 8]; N];
+        let mut n_unseen = zero;
+        for sample in 0..N {
+            let is_nothing = planes[sample].simd_eq(NO_TRIANGLE);
+            let is_first = (sets[sample] & ((1 << sample) - 1)).simd_eq(0) & !is_nothing;
+            wanted |= spread::<N>((is_first.to_bitmask() & edges) as u8) << sample;
+            sets[sample].store_slice(&mut own[sample]);
+            n_unseen += is_nothing.select(u32x8::splat(simd, 1), zero);
+        }
+        let n_unseen: [u32; 8] = n_unseen.into();
+        let first_edge = self.n.edges;
+        let new_edges: &mut [Edge; 8] =
+            self.edges[first_edge..].first_chunk_mut().expect("room for all");
+        let (mut left, mut n) = (edges, 0);
+        while left != 0 {
+            let pixel = left.trailing_zeros() as usize % 8;
+            left &= left - 1;
+            let out = (place.out + pixel) as u32;
+            new_edges[n % 8] = Edge { out, unseen: n_unseen[pixel] as f32 / N as f32 };
+            n += 1;
+        }
+        self.n.edges += n;
+        let new = self.n.wanted..self.n.wanted + 8 * N;
+        let (new_wanted, new_shares) = (&mut self.wanted[new.clone()], &mut self.shares[new]);
+        let mut n = 0;
+        while wanted != 0 {
+            let bit = wanted.trailing_zeros() as usize % (8 * N);
+            wanted &= wanted - 1;
+            let (pixel, sample) = (bit / N, bit % N);
+            let Middle { x, y, part } = middles_of::<N>()[own[sample][pixel] as usize];
+            let corner = [16 * (place.x + pixel as u32) as i32, 16 * place.y as i32];
+            let (x, y) = (corner[0] + 8 + x, corner[1] + 8 + y);
+            new_wanted[n] = Wanted { id: seen[pixel][sample], x, y };
+            let before = edges & ((1 << pixel) - 1);
+            new_shares[n] = Share { edge: first_edge as u32 + before.count_ones(), part };
+            n += 1;
+        }
+        self.n.wanted += n;
     }
 
     /// [`EdgeScratch::row`] for all rows of a rectangle, whose upper left pixel is at `column`, `row` in
@@ -145,7 +206,8 @@ impl EdgeScratch {
 /// The ids of eight pixels, sample by sample. Each round brings values of even places into the first half, so that the
 /// number of the sample, the lowest bits of a place, moves to its highest.
 #[inline(always)]
-fn by_sample<S: Simd, const N: usize>(simd: S, ids: &[u32]) -> [u32x8<S>; N] {
+fn by_sample<S: Simd, const N: usize>(simd: S, ids: &[[u32; N]; 8]) -> [u32x8<S>; N] {
+    let ids = ids.as_flattened();
     let mut all = [u32x8::splat(simd, 0); N];
     for i in 0..N {
         all[i] = u32x8::from_slice(simd, &ids[8 * i..8 * i + 8]);
@@ -183,14 +245,14 @@ struct Middle {
     /// The mean of their places, sixteenths of a pixel from the pixel's centre.
     x: i32,
     y: i32,
-    /// How many there are.
-    weight: f32,
+    /// How many they are, of one.
+    part: f32,
 }
 
 /// By which samples there are, a bit each, their middle.
 const fn middles<const SETS: usize>(samples: Samples) -> [Middle; SETS] {
     let offsets = samples.offsets();
-    let mut all = [Middle { x: 0, y: 0, weight: 0.0 }; SETS];
+    let mut all = [Middle { x: 0, y: 0, part: 0.0 }; SETS];
     let mut set = 1;
     while set < SETS {
         let (mut sum, mut n, mut sample) = ([0, 0], 0, 0);
@@ -203,7 +265,7 @@ const fn middles<const SETS: usize>(samples: Samples) -> [Middle; SETS] {
         }
         // To the nearest, halves up.
         let [x, y] = [(2 * sum[0] + n).div_euclid(2 * n), (2 * sum[1] + n).div_euclid(2 * n)];
-        all[set] = Middle { x, y, weight: n as f32 };
+        all[set] = Middle { x, y, part: n as f32 / offsets.len() as f32 };
         set += 1;
     }
     all
@@ -224,6 +286,35 @@ fn middles_of<const N: usize>() -> &'static [Middle] {
     }
 }
 
+/// Bits with zeros between: `N` places for each.
+#[inline(always)]
+fn spread<const N: usize>(bits: u8) -> u64 {
+    let of = match N {
+        2 => &SPREAD_BY_TWO,
+        4 => &SPREAD_BY_FOUR,
+        _ => &SPREAD_BY_EIGHT,
+    };
+    of[usize::from(bits)]
+}
+
+static SPREAD_BY_TWO: [u64; 256] = spreads(2);
+static SPREAD_BY_FOUR: [u64; 256] = spreads(4);
+static SPREAD_BY_EIGHT: [u64; 256] = spreads(8);
+
+const fn spreads(n: usize) -> [u64; 256] {
+    let mut all = [0; 256];
+    let mut bits = 0;
+    while bits < 256 {
+        let mut bit = 0;
+        while bit < 8 {
+            all[bits] |= (bits as u64 >> bit & 1) << (n * bit);
+            bit += 1;
+        }
+        bits += 1;
+    }
+    all
+}
+
 impl TileShader<'_> {
     /// Colours `rect`, whose upper left pixel is at `place` in `tile`, and the background. Returns how
     /// many pixels show something.
@@ -235,8 +326,7 @@ impl TileShader<'_> {
         out: &mut Target<'_>,
     ) -> u64 {
         let mut scratch = std::mem::take(&mut self.scratch.edges);
-        scratch.edges.clear();
-        scratch.n_wanted = 0;
+        scratch.n = Counts::default();
         let width = rect.width as usize;
         dispatch!(self.scene.settings.simd, simd => match tile.samples() {
             Samples::One => scratch.rows::<_, 1>(simd, tile, rect, place, out.stride),
@@ -245,7 +335,7 @@ impl TileShader<'_> {
             Samples::Eight => scratch.rows::<_, 8>(simd, tile, rect, place, out.stride),
         });
         let n_whole = self.blocks(rect, &scratch.whole, width, out);
-        let n_wanted = scratch.n_wanted;
+        let Counts { edges: n_edges, wanted: n_wanted } = scratch.n;
         if scratch.colors.len() < n_wanted {
             scratch.colors.resize(n_wanted, Vec4::ZERO);
         }
@@ -257,18 +347,10 @@ impl TileShader<'_> {
         } else {
             self.colors(wanted, colors);
         }
-        let one_sample = 1.0 / tile.samples().count() as f32;
         let Settings { background, encoding, simd, .. } = *self.scene.settings;
-        let EdgeScratch { edges, weights, colors, codes, .. } = &mut scratch;
-        // The mean of each edge takes the place of one of its own colours, or of one before.
-        let mut first = 0;
-        for (i, edge) in edges.iter().enumerate() {
-            let own = first..first + edge.n_wanted as usize;
-            first = own.end;
-            let seen = colors[own.clone()].iter().zip(&weights[own]);
-            colors[i] = blend(seen, one_sample, background);
-        }
-        let means = &colors[..edges.len()];
+        let EdgeScratch { edges, shares, colors, means, codes, .. } = &mut scratch;
+        let (edges, shares) = (&edges[..n_edges], &shares[..n_wanted]);
+        blend(edges, shares, colors, background, means);
         if out.linear.is_empty() {
             codes.resize(means.len().max(codes.len()), [0; 4]);
             encode_all(simd, encoding, means, codes);
@@ -280,29 +362,38 @@ impl TileShader<'_> {
                 out.linear[edge.out as usize] = *color;
             }
         }
-        let n_edges = scratch.edges.len() as u64;
         self.scratch.edges = scratch;
-        n_whole + n_edges
+        n_whole + n_edges as u64
     }
 }
 
-/// The mean of colours of so many samples each; all other samples see the background.
-fn blend<'a>(
-    colors: impl Iterator<Item = (&'a Vec4, &'a f32)>,
-    one_sample: f32,
+/// The means of the colours of edges; samples that see nothing see the background.
+fn blend(
+    edges: &[Edge],
+    shares: &[Share],
+    colors: &[Vec4],
     background: Vec4,
-) -> Vec4 {
-    let (mut sum, mut seen) = (Vec4::ZERO, 0.0);
-    for (color, n) in colors {
-        sum += (color.truncate() * color.w).extend(color.w) * (n * one_sample);
-        seen += n * one_sample;
+    means: &mut Vec<Vec4>,
+) {
+    means.clear();
+    means.resize(edges.len(), Vec4::ZERO);
+    for (share, color) in shares.iter().zip(colors) {
+        means[share.edge as usize] += premultiplied(*color) * share.part;
     }
-    let unseen = 1.0 - seen; // exact: multiples of an eighth
-    if unseen > 0.0 {
-        sum += (background.truncate() * background.w).extend(background.w) * unseen;
+    let background = premultiplied(background);
+    for (edge, mean) in edges.iter().zip(means) {
+        if edge.unseen > 0.0 {
+            *mean += background * edge.unseen;
+        }
+        if mean.w > 0.0 && mean.w < 1.0 {
+            *mean = (mean.truncate() / mean.w).extend(mean.w);
+        }
     }
-    let partly = sum.w > 0.0 && sum.w < 1.0;
-    if partly { (sum.truncate() / sum.w).extend(sum.w) } else { sum }
+}
+
+/// With alpha counted into the colour.
+fn premultiplied(color: Vec4) -> Vec4 {
+    color * Vec3::splat(color.w).extend(1.0)
 }
 
 #[cfg(test)]
@@ -311,32 +402,63 @@ mod tests {
 
     #[test]
     fn triangles_of_a_pixel_are_shaded_around_its_middle() {
+        /// Eight pixels, those of odd numbers with other ids.
         fn check<const N: usize>(ids: [u32; N], samples: Samples) {
             let offsets: &[[i32; 2]; N] = samples.offsets().first_chunk().unwrap();
-            let mut scratch = EdgeScratch {
-                wanted: vec![Wanted::default(); N],
-                weights: vec![0.0; N],
-                ..EdgeScratch::default()
-            };
-            scratch.edge(ids, Place { x: 3, y: 5, out: 7 });
-            let mut sum = [0.0; 2];
-            let wanted = &scratch.wanted[..scratch.n_wanted];
-            for (wanted, weight) in wanted.iter().zip(&scratch.weights) {
-                let seen = offsets.iter().zip(ids).filter(|(_, id)| *id == wanted.id);
-                let places: Vec<[f64; 2]> = seen.map(|(at, _)| at.map(f64::from)).collect();
-                assert_eq!(places.len() as f32, *weight);
-                let place = [wanted.x - 3 * 16 - 8, wanted.y - 5 * 16 - 8].map(f64::from);
-                for axis in 0..2 {
-                    let exact: f64 = places.iter().map(|at| at[axis]).sum::<f64>();
-                    assert!((place[axis] - exact / f64::from(*weight)).abs() <= 0.5);
-                    sum[axis] += f64::from(*weight) * place[axis];
+            let pixels: [[u32; N]; 8] = std::array::from_fn(|pixel| match pixel % 2 {
+                0 => ids,
+                _ => ids.map(|id| if id == NO_TRIANGLE { id } else { id + 100 }),
+            });
+            let all = pixels.as_flattened().repeat(2);
+            for (name, level) in cullet_cull::wide::levels() {
+                let mut scratch = EdgeScratch { whole: vec![0; 16], ..EdgeScratch::default() };
+                let place = Place { x: 3, y: 5, out: 7 };
+                // Seven of the eight.
+                dispatch!(level, simd => scratch.row::<_, N>(simd, &all, place, 0..7));
+                if ids.iter().all(|id| *id == ids[0]) {
+                    assert_eq!(scratch.n.edges, 0, "{name}");
+                    assert_eq!(
+                        scratch.whole[..7],
+                        std::array::from_fn::<_, 7, _>(|i| pixels[i][0])
+                    );
+                    continue;
                 }
-            }
-            let n_seen = ids.iter().filter(|id| **id != NO_TRIANGLE).count();
-            let weights = &scratch.weights[..scratch.n_wanted];
-            assert_eq!(weights.iter().sum::<f32>(), n_seen as f32);
-            if n_seen == N {
-                assert!(sum.iter().all(|sum| sum.abs() <= 0.5 * N as f64), "{ids:?}: {sum:?}");
+                assert_eq!(scratch.n.edges, 7, "{name}");
+                let wanted = &scratch.wanted[..scratch.n.wanted];
+                let mut all = wanted.iter().zip(&scratch.shares).peekable();
+                for (pixel, edge) in scratch.edges[..7].iter().enumerate() {
+                    assert_eq!(edge.out as usize, 7 + pixel);
+                    let (mut sum, mut n_seen, mut known) = ([0.0; 2], 0.0, Vec::new());
+                    while let Some((wanted, share)) =
+                        all.next_if(|(_, share)| share.edge as usize == pixel)
+                    {
+                        let seen =
+                            offsets.iter().zip(pixels[pixel]).filter(|(_, id)| *id == wanted.id);
+                        let places: Vec<[f64; 2]> = seen.map(|(at, _)| at.map(f64::from)).collect();
+                        let weight = places.len() as f64;
+                        assert_eq!(weight as f32 / N as f32, share.part);
+                        assert!(!known.contains(&wanted.id));
+                        known.push(wanted.id);
+                        let place = [wanted.x - (3 + pixel as i32) * 16 - 8, wanted.y - 5 * 16 - 8];
+                        for axis in 0..2 {
+                            let exact: f64 = places.iter().map(|at| at[axis]).sum::<f64>();
+                            let place = f64::from(place[axis]);
+                            assert!((place - exact / weight).abs() <= 0.5);
+                            sum[axis] += weight * place;
+                        }
+                        n_seen += share.part;
+                    }
+                    assert_eq!(n_seen + edge.unseen, 1.0, "{name}");
+                    let n_nothing = ids.iter().filter(|id| **id == NO_TRIANGLE).count();
+                    assert_eq!(edge.unseen, n_nothing as f32 / N as f32, "{name}");
+                    if n_nothing == 0 {
+                        assert!(
+                            sum.iter().all(|sum| sum.abs() <= 0.5 * N as f64),
+                            "{ids:?}: {sum:?}"
+                        );
+                    }
+                }
+                assert!(all.next().is_none(), "{name}");
             }
         }
         for case in 0..4u32.pow(4) {
@@ -353,7 +475,8 @@ mod tests {
     #[test]
     fn ids_are_sorted_by_sample() {
         fn check<const N: usize>() {
-            let ids: Vec<u32> = (0..8 * N as u32).collect();
+            let ids: [[u32; N]; 8] =
+                std::array::from_fn(|p| std::array::from_fn(|s| (p * N + s) as u32));
             for (name, level) in cullet_cull::wide::levels() {
                 let got =
                     dispatch!(level, simd => by_sample::<_, N>(simd, &ids).map(<[u32; 8]>::from));
@@ -375,10 +498,15 @@ mod tests {
     fn means_count_alpha_in() {
         let red = Vec4::new(1.0, 0.0, 0.0, 1.0);
         let green = Vec4::new(0.0, 1.0, 0.0, 1.0);
-        let mean = blend([(&red, &1.0), (&green, &2.0)].into_iter(), 0.25, Vec4::ONE);
-        assert_eq!(mean, Vec4::new(0.5, 0.75, 0.25, 1.0));
         let clear = Vec4::new(9.0, 9.0, 9.0, 0.0);
-        let mean = blend([(&red, &1.0), (&green, &1.0)].into_iter(), 0.25, clear);
-        assert_eq!(mean, Vec4::new(0.5, 0.5, 0.0, 0.5));
+        let share = |edge, part| Share { edge, part };
+        let mut means = vec![Vec4::NAN; 3];
+        let edges = [Edge { out: 0, unseen: 0.25 }, Edge { out: 1, unseen: 0.5 }];
+        let shares = [share(0, 0.25), share(0, 0.5), share(1, 0.25), share(1, 0.25)];
+        let colors = [red, green, red, green];
+        blend(&edges, &shares, &colors, Vec4::ONE, &mut means);
+        assert_eq!(means, [Vec4::new(0.5, 0.75, 0.25, 1.0), Vec4::new(0.75, 0.75, 0.5, 1.0)]);
+        blend(&edges, &shares, &colors, clear, &mut means);
+        assert_eq!(means[1], Vec4::new(0.5, 0.5, 0.0, 0.5));
     }
 }
