@@ -86,8 +86,7 @@ impl EdgeScratch {
         self.make_room(width.next_multiple_of(8), N);
         let mut first = 0;
         while first < width {
-            let seen = ids[first * N..].as_chunks::<N>().0.first_chunk();
-            let seen = seen.expect("rows go on for eight pixels more");
+            let seen = &ids[first * N..(first + 8) * N];
             let at = whole.start + first;
             let whole = &mut self.whole[at..at + 8];
             let planes = by_sample::<S, N>(simd, seen);
@@ -123,7 +122,7 @@ impl EdgeScratch {
         &mut self,
         simd: S,
         planes: &[u32x8<S>; N],
-        seen: &[[u32; N]; 8],
+        seen: &[u32],
         edges: u64,
         place: Place,
     ) {
@@ -164,6 +163,7 @@ impl EdgeScratch {
         self.n.edges += n;
         let new = self.n.wanted..self.n.wanted + 8 * N;
         let (new_wanted, new_shares) = (&mut self.wanted[new.clone()], &mut self.shares[new]);
+        let seen = &seen[..8 * N];
         let mut n = 0;
         while wanted != 0 {
             let bit = wanted.trailing_zeros() as usize % (8 * N);
@@ -172,7 +172,7 @@ impl EdgeScratch {
             let Middle { x, y, part } = middles_of::<N>()[own[sample][pixel] as usize];
             let corner = [16 * (place.x + pixel as u32) as i32, 16 * place.y as i32];
             let (x, y) = (corner[0] + 8 + x, corner[1] + 8 + y);
-            new_wanted[n] = Wanted { id: seen[pixel][sample], x, y };
+            new_wanted[n] = Wanted { id: seen[bit], x, y };
             let before = edges & ((1 << pixel) - 1);
             new_shares[n] = Share { edge: first_edge as u32 + before.count_ones(), part };
             n += 1;
@@ -206,8 +206,7 @@ impl EdgeScratch {
 /// The ids of eight pixels, sample by sample. Each round brings values of even places into the first half, so that the
 /// number of the sample, the lowest bits of a place, moves to its highest.
 #[inline(always)]
-fn by_sample<S: Simd, const N: usize>(simd: S, ids: &[[u32; N]; 8]) -> [u32x8<S>; N] {
-    let ids = ids.as_flattened();
+fn by_sample<S: Simd, const N: usize>(simd: S, ids: &[u32]) -> [u32x8<S>; N] {
     let mut all = [u32x8::splat(simd, 0); N];
     for i in 0..N {
         all[i] = u32x8::from_slice(simd, &ids[8 * i..8 * i + 8]);
@@ -475,8 +474,7 @@ mod tests {
     #[test]
     fn ids_are_sorted_by_sample() {
         fn check<const N: usize>() {
-            let ids: [[u32; N]; 8] =
-                std::array::from_fn(|p| std::array::from_fn(|s| (p * N + s) as u32));
+            let ids: Vec<u32> = (0..8 * N as u32).collect();
             for (name, level) in cullet_cull::wide::levels() {
                 let got =
                     dispatch!(level, simd => by_sample::<_, N>(simd, &ids).map(<[u32; 8]>::from));
