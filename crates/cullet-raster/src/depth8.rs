@@ -8,9 +8,9 @@ use crate::fill::TileDepth;
 #[derive(Clone, Copy)]
 pub(crate) struct Depth4<S: Simd> {
     depth: f64x4<S>,
-    origin: [f64x4<S>; 2],
-    ddx: f64x4<S>,
-    ddy: f64x4<S>,
+    pub origin: [f64x4<S>; 2],
+    pub ddx: f64x4<S>,
+    pub ddy: f64x4<S>,
 }
 
 impl<S: Simd> Depth4<S> {
@@ -130,7 +130,7 @@ pub(crate) fn greatest(a: f64, b: f64) -> f64 {
 }
 
 #[inline(always)]
-fn both<S: Simd>(low: f64x4<S>, high: f64x4<S>) -> [f64; 8] {
+pub(crate) fn both<S: Simd>(low: f64x4<S>, high: f64x4<S>) -> [f64; 8] {
     let mut all = [0.0; 8];
     low.store_slice(&mut all[..4]);
     high.store_slice(&mut all[4..]);

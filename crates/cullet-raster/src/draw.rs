@@ -170,7 +170,8 @@ impl<const N: usize> Job<'_, '_, N> {
             depth: &depth,
         };
         let planes = corners.planes(simd);
-        if N == 1 && self.keep.is_none() && small & small.wrapping_sub(1) != 0 {
+        let is_worth_it = N > 1 || small & small.wrapping_sub(1) != 0;
+        if self.keep.is_none() && small != 0 && is_worth_it {
             todo &= !small;
             let small8 = Small {
                 x: start_x,
@@ -184,7 +185,15 @@ impl<const N: usize> Job<'_, '_, N> {
                 depth: &depth,
                 id: &id,
             };
-            self.n_won += u64::from(small8.fill(simd, self.tile, small));
+            let n_won = match N {
+                1 => small8.fill(simd, self.tile, small),
+                _ => {
+                    let rest = [edges[0].rest, edges[1].rest, edges[2].rest];
+                    let pairs = [edges[0].pair(), edges[1].pair(), edges[2].pair()];
+                    small8.fill_patches::<N>(simd, self.tile, small, rest, pairs)
+                }
+            };
+            self.n_won += u64::from(n_won);
         }
         if todo == 0 {
             return;

@@ -281,8 +281,18 @@ pub(crate) fn is_long<S: Simd>() -> bool {
 #[inline(always)]
 pub(crate) fn clamped_key<S: Simd>(simd: S, depth: &TileDepth, reversed: f32x16<S>) -> i32x16<S> {
     let (low, high) = (reversed_key(depth.low as f32), reversed_key(depth.high as f32));
+    between(simd, [low, high], reversed)
+}
+
+/// [`clamped_key`] between two keys.
+#[inline(always)]
+pub(crate) fn between<S: Simd>(
+    simd: S,
+    [farthest, nearest]: [i32; 2],
+    reversed: f32x16<S>,
+) -> i32x16<S> {
     let key: i32x16<S> = reversed.bitcast();
-    key.max(i32x16::splat(simd, low)).min(i32x16::splat(simd, high))
+    key.max(i32x16::splat(simd, farthest)).min(i32x16::splat(simd, nearest))
 }
 
 /// Which of sixteen samples that are not `outside` have a nearer key than the old one, and which have the same: those

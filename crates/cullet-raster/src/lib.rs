@@ -39,6 +39,7 @@ mod samples;
 mod setup;
 mod shares4;
 mod small;
+mod small_patch;
 #[cfg(test)]
 mod testing;
 mod tile;

@@ -21,9 +21,9 @@ pub(crate) struct Lattice {
     /// Twice as many 16-bit numbers: down and right of the centre of the first pixel, sixteenths.
     ways: [i16; 2 * PATCH],
     /// Right of the centre of the first pixel, px.
-    x: [f64; PATCH],
+    pub x: [f64; PATCH],
     /// Down from it, px; again and again the same.
-    y: [f64; PATCH / 2],
+    pub y: [f64; PATCH / 2],
 }
 
 impl Lattice {
@@ -45,7 +45,7 @@ impl Lattice {
 
     /// That of `N` samples per pixel.
     #[inline(always)]
-    fn of<const N: usize>() -> &'static Lattice {
+    pub fn of<const N: usize>() -> &'static Lattice {
         match N {
             2 => &LATTICE_OF_TWO,
             4 => &LATTICE_OF_FOUR,
@@ -88,14 +88,7 @@ impl<S: Simd> Values<S> {
     /// the lower half, less `left` in the upper.
     #[inline(always)]
     pub fn of_short<const N: usize>(simd: S, triangle: &TileTriangle, pairs: [i32; 3]) -> Self {
-        let TileTriangle { value, rest, .. } = triangle;
-        let ways = i16x32::simd_from(simd, Lattice::of::<N>().ways);
-        let of = [
-            short(simd, ways, value[0], rest[0], pairs[0]),
-            short(simd, ways, value[1], rest[1], pairs[1]),
-            short(simd, ways, value[2], rest[2], pairs[2]),
-        ];
-        Values(of)
+        Values(short_values::<S, N>(simd, triangle.value, triangle.rest, pairs))
     }
 
     /// Where the patch begins `n` pixels to the right.
@@ -120,7 +113,23 @@ impl<S: Simd> Values<S> {
     }
 }
 
-/// An edge of [`Values::of_short`].
+/// [`Values::of_short`], edge by edge.
+#[inline(always)]
+pub(crate) fn short_values<S: Simd, const N: usize>(
+    simd: S,
+    value: [i32; 3],
+    rest: [i32; 3],
+    pairs: [i32; 3],
+) -> [i32x16<S>; 3] {
+    let ways = i16x32::simd_from(simd, Lattice::of::<N>().ways);
+    [
+        short(simd, ways, value[0], rest[0], pairs[0]),
+        short(simd, ways, value[1], rest[1], pairs[1]),
+        short(simd, ways, value[2], rest[2], pairs[2]),
+    ]
+}
+
+/// An edge of them.
 #[inline(always)]
 fn short<S: Simd>(simd: S, ways: i16x32<S>, value: i32, rest: i32, pair: i32) -> i32x16<S> {
     let pair: i16x32<S> = i32x16::splat(simd, pair).bitcast();
@@ -236,16 +245,8 @@ impl<S: Simd> Patch<S> {
             };
             if !PARTLY || is_long::<S>() || outside.simd_ge(0).any_true() {
                 let key = self.key::<PARTLY>(simd, triangle, way_y);
-                let (row_keys, row_ids) = (sixteen(row_keys), sixteen(row_ids));
-                let old_key = i32x16::simd_from(simd, *row_keys);
                 let id = u32x16::splat(simd, triangle.id);
-                let [mut wins, ties] = nearer_or_tied(simd, outside, key, old_key);
-                if ties.any_true() {
-                    wins |= ties & id.simd_lt(u32x16::simd_from(simd, *row_ids));
-                }
-                wins.select(key, old_key).store_slice(row_keys);
-                wins.select(id, u32x16::simd_from(simd, *row_ids)).store_slice(row_ids);
-                written += wins.to_bitmask().count_ones();
+                written += win(simd, outside, key, id, row_keys, row_ids);
             }
             if PARTLY {
                 values = values.down(triangle, 1);
@@ -272,6 +273,28 @@ impl<S: Simd> Patch<S> {
             false => (reversed + 0.0).bitcast(),
         }
     }
+}
+
+/// Writes the samples of a patch that are not `outside`, and nearer than what is there, or as near with a lower id.
+/// Returns how many there are.
+#[inline(always)]
+pub(crate) fn win<S: Simd>(
+    simd: S,
+    outside: i32x16<S>,
+    key: i32x16<S>,
+    id: u32x16<S>,
+    keys: &mut [i32],
+    ids: &mut [u32],
+) -> u32 {
+    let (keys, ids) = (sixteen(keys), sixteen(ids));
+    let old_key = i32x16::simd_from(simd, *keys);
+    let [mut wins, ties] = nearer_or_tied(simd, outside, key, old_key);
+    if ties.any_true() {
+        wins |= ties & id.simd_lt(u32x16::simd_from(simd, *ids));
+    }
+    wins.select(key, old_key).store_slice(keys);
+    wins.select(id, u32x16::simd_from(simd, *ids)).store_slice(ids);
+    wins.to_bitmask().count_ones()
 }
 
 /// From the origin of the plane of depth down to the samples of a row, px: multiples of 1 / 256, so that

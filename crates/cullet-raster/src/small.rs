@@ -107,13 +107,13 @@ impl<S: Simd> Small<'_, S> {
                 written += u32::from(wins);
             }
         }
-        self.touch(tile, touched);
+        self.touch(tile, touched, &highest.into());
         written
     }
 
-    /// Notes where the triangles of `lanes` have drawn.
+    /// Notes where the triangles of `lanes` have drawn, with the nearest key of each.
     #[inline(always)]
-    fn touch(&self, tile: &mut TileBuffer, lanes: u64) {
+    pub fn touch(&self, tile: &mut TileBuffer, lanes: u64, nearest: &[i32; 8]) {
         let per_row = tile.blocks_per_row();
         let (column, row) = (self.x >> BLOCK_BITS, self.y >> BLOCK_BITS);
         let (end_column, end_row) =
@@ -127,14 +127,15 @@ impl<S: Simd> Small<'_, S> {
         while touched != 0 {
             let bit = touched.trailing_zeros() as usize;
             touched &= touched - 1;
-            tile.touch_block(first[bit % 8] as usize + further[bit / 8 % 4], i32::MAX);
+            let block = first[bit % 8] as usize + further[bit / 8 % 4];
+            tile.touch_block(block, nearest[bit % 8]);
         }
     }
 
     /// The least and the greatest key of the corners, for keys to be brought between as in
     /// [`clamped_key`](crate::fill::clamped_key).
     #[inline(always)]
-    fn limits(&self, simd: S) -> [i32x8<S>; 2] {
+    pub fn limits(&self, simd: S) -> [i32x8<S>; 2] {
         let a = key(simd, &self.depth[0]);
         let b = key(simd, &self.depth[1]);
         let c = key(simd, &self.depth[2]);
@@ -152,7 +153,7 @@ fn key<S: Simd>(simd: S, values: &[f64; 8]) -> i32x8<S> {
 
 /// Whole numbers below 2^24.
 #[inline(always)]
-fn widened<S: Simd>(_: S, x: i32x8<S>) -> [f64x4<S>; 2] {
+pub(crate) fn widened<S: Simd>(_: S, x: i32x8<S>) -> [f64x4<S>; 2] {
     let (low, high) = f32x8::float_from(x).widen();
     [low, high]
 }
