@@ -13,6 +13,7 @@ use crate::depth8::{Corners8, Planes8};
 use crate::edges8::{Eight, edge, lane_of};
 use crate::fill::{self, KeepSample, TileTriangle, fill};
 use crate::level::dispatch_wide;
+use crate::narrow;
 use crate::patch::{self, Values};
 use crate::piece::{PieceBox, Place, in_tile};
 use crate::plain::{self, fill_plain};
@@ -223,10 +224,12 @@ impl<const N: usize> Job<'_, '_, N> {
             }
             let triangle = eight.triangle(lane, id[lane], depth);
             let keep = self.keep.as_deref_mut();
+            let pairs = lane_of(&eight.pairs, lane);
+            let is_narrow = triangle.rect.x[1] - triangle.rect.x[0] <= narrow::SIDE;
             let won = match N {
+                1 if is_narrow && keep.is_none() => narrow::fill(simd, self.tile, &triangle, pairs),
                 1 => fill(simd, self.tile, &triangle, keep),
                 _ => {
-                    let pairs = lane_of(&eight.pairs, lane);
                     let values = Values::of_short::<N>(simd, &triangle, pairs);
                     patch::fill::<S, N>(simd, self.tile, &triangle, values, keep)
                 }

@@ -29,6 +29,7 @@ mod fixed;
 mod fragment;
 mod interpolate;
 mod level;
+mod narrow;
 mod patch;
 mod piece;
 mod placed;

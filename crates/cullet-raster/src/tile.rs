@@ -90,9 +90,9 @@ impl TileBuffer {
         if is_alike && n_touched <= n_blocks / 2 {
             self.clear_touched();
         } else {
-            // Beyond the last row, another, for rows are drawn two at a time, and what that reaches into from its
-            // last column on.
-            let n = samples.count() * self.stride_px() * (side + 2) + LINE;
+            // Beyond the last row, others, for rows are drawn up to four at a time, and what that reaches into from
+            // the last column on.
+            let n = samples.count() * self.stride_px() * (side + 4) + LINE;
             self.keys.resize(n, 0);
             self.ids.resize(n, 0);
             // `fill` sets many at a time, which `resize` does not.
