@@ -100,8 +100,11 @@ impl<S: Simd> Small<'_, S> {
                 let id = self.id[sample % 8];
                 let (old_key, old_id) = (keys[at], ids[at]);
                 // No branch: nobody could foresee it.
-                let wins = (key > old_key) | ((key == old_key) & (id < old_id));
-                keys[at] = if wins { key } else { old_key };
+                let mut wins = key > old_key;
+                if key == old_key {
+                    wins = id < old_id;
+                }
+                keys[at] = key.max(old_key);
                 ids[at] = if wins { id } else { old_id };
                 touched |= u64::from(wins) << (sample % 8);
                 written += u32::from(wins);
