@@ -7,7 +7,8 @@ use fearless_simd::Simd;
 
 use crate::fill::{KeepSample, TileDepth, TileTriangle, shift};
 use crate::samples::Offset;
-use crate::tile::{BLOCK, TileBuffer, TileRect};
+use crate::strip::{STRIP, Strip};
+use crate::tile::{BLOCK, TileBuffer};
 
 /// Eight columns of pixels, in some grid of samples.
 pub(crate) trait Columns<S: Simd> {
@@ -70,84 +71,52 @@ pub(crate) fn fill_blocks<S: Simd, C: Columns<S>, const N: usize>(
         let column = C::at(simd, tile, triangle, setup, x);
         let across = edges.across(triangle, x);
         let ways = range.columns([x, x + 8]);
-        if are_whole && across.fills(triangle, rect.y) {
-            let part = (rect.y, ways);
-            if let Some(n) = fill_column(simd, tile, triangle, &column, &range, x, part) {
-                written += n;
-                x += 8;
+        let mut top = rect.y[0] / BLOCK * BLOCK;
+        while top < rect.y[1] {
+            let strip = Strip::new(simd, triangle, &across, &range, ways, top);
+            let first = top / BLOCK * per_row + x / BLOCK;
+            if are_whole && strip.is_in_front(tile, first) {
+                let rows = [top, rect.y[1].min(top + STRIP)];
+                written += column.rows_in_front(simd, tile, triangle, rows);
+                for block in 0..strip.there.count_ones() as usize {
+                    tile.cover_block(first + block * per_row, strip.keys(block % 8));
+                }
+                top += STRIP;
                 continue;
             }
-        }
-        let mut y = rect.y[0];
-        while y < rect.y[1] {
-            let end = (y / BLOCK * BLOCK + BLOCK).min(rect.y[1]);
-            let rows = [y, end];
-            y = end;
-            if across.misses(triangle, rows) {
-                continue;
-            }
-            let block = rows[0] / BLOCK * per_row + x / BLOCK;
-            let [farthest, nearest] = range.of(ways, rows);
-            let nearest_key = triangle.depth.clamped(nearest);
-            if tile.block_hides(simd, block, nearest_key) {
-                continue;
-            }
-            let is_whole =
-                across.fills(triangle, rows) && triangle.depth.needs_no_clamp(farthest, nearest);
-            if is_whole && keep.is_none() {
-                let farthest_key = triangle.depth.clamped(farthest);
-                written += match tile.block_is_behind(block, farthest_key) {
-                    true => column.rows_in_front(simd, tile, triangle, rows),
-                    false => column.rows::<false>(simd, tile, triangle, rows, None),
-                };
-                if rows[1] - rows[0] == BLOCK {
-                    tile.cover_block(block, [farthest_key, nearest_key]);
+            let mut reached = strip.reached;
+            while reached != 0 {
+                let at = reached.trailing_zeros() as usize % 8;
+                reached &= reached - 1;
+                let (rows, keys, block) = (strip.rows(at), strip.keys(at), first + at * per_row);
+                let [farthest, nearest] = keys;
+                if tile.block_hides(simd, block, nearest) {
                     continue;
                 }
-            } else {
-                let keep = keep.as_deref_mut();
-                written += column.rows::<true>(simd, tile, triangle, rows, keep);
+                if strip.whole >> at & 1 != 0 && keep.is_none() {
+                    written += match tile.block_is_behind(block, farthest) {
+                        true => column.rows_in_front(simd, tile, triangle, rows),
+                        false => column.rows::<false>(simd, tile, triangle, rows, None),
+                    };
+                    if rows[1] - rows[0] == BLOCK {
+                        tile.cover_block(block, keys);
+                        continue;
+                    }
+                } else {
+                    let keep = keep.as_deref_mut();
+                    written += column.rows::<true>(simd, tile, triangle, rows, keep);
+                }
+                tile.touch_block(block, nearest);
             }
-            tile.touch(TileRect { x: [x, x + 1], y: rows }, nearest_key);
+            top += STRIP;
         }
         x += 8;
     }
     written
 }
 
-/// Draws all blocks of a column at once, from row `y[0]` to `y[1]`, all of whose samples a triangle covers. `None`, and
-/// nothing is drawn, where something may be in front of it or depths need a clamp.
-#[inline(always)]
-fn fill_column<S: Simd, C: Columns<S>>(
-    simd: S,
-    tile: &mut TileBuffer,
-    triangle: &TileTriangle,
-    column: &C,
-    range: &Range,
-    x: usize,
-    (y, ways): ([usize; 2], [f64; 2]),
-) -> Option<u32> {
-    let depth = &triangle.depth;
-    let (per_row, n) = (tile.blocks_per_row(), (y[1] - y[0]) / BLOCK);
-    let first = y[0] / BLOCK * per_row + x / BLOCK;
-    let [farthest, nearest] = range.of(ways, y);
-    if !depth.needs_no_clamp(farthest, nearest)
-        || !tile.column_is_behind(first, n, depth.clamped(farthest))
-    {
-        return None;
-    }
-    let written = column.rows_in_front(simd, tile, triangle, y);
-    for row in 0..n {
-        let start = y[0] + row * BLOCK;
-        let [farthest, nearest] = range.of(ways, [start, start + BLOCK]);
-        let keys = [depth.clamped(farthest), depth.clamped(nearest)];
-        tile.cover_block(first + row * per_row, keys);
-    }
-    Some(written)
-}
-
 /// How far samples reach beyond the centres of their pixels, in edge values.
-struct BlockEdges {
+pub(crate) struct BlockEdges {
     /// The least and the most that any sample adds to the value of each edge.
     least: [i32; 3],
     most: [i32; 3],
@@ -155,7 +124,7 @@ struct BlockEdges {
 
 impl BlockEdges {
     #[inline(always)]
-    fn new<const N: usize>(triangle: &TileTriangle, offsets: &[Offset; N]) -> Self {
+    pub fn new<const N: usize>(triangle: &TileTriangle, offsets: &[Offset; N]) -> Self {
         // One by one: of lists of three the compiler makes masked moves.
         let [a, b, c] = [
             reach_of(triangle, 0, offsets),
@@ -167,7 +136,11 @@ impl BlockEdges {
 
     /// In eight columns from `x` on.
     #[inline(always)]
-    fn across(&self, TileTriangle { rect, value, left, .. }: &TileTriangle, x: usize) -> Across {
+    pub fn across(
+        &self,
+        TileTriangle { rect, value, left, .. }: &TileTriangle,
+        x: usize,
+    ) -> Across {
         let way = x as i32 - rect.x[0] as i32;
         let mut across = Across { least: self.least, most: self.most };
         for edge in 0..3 {
@@ -196,60 +169,30 @@ fn reach_of<const N: usize>(
 }
 
 /// The least and the greatest edge values in eight columns, in the first row of a triangle.
-struct Across {
-    least: [i32; 3],
-    most: [i32; 3],
-}
-
-impl Across {
-    /// Whether no sample of some rows is inside all edges.
-    #[inline(always)]
-    #[expect(clippy::needless_range_loop, reason = "iterators beside vectors may become calls")]
-    fn misses(&self, TileTriangle { rect, down, .. }: &TileTriangle, rows: [usize; 2]) -> bool {
-        for edge in 0..3 {
-            let row = if down[edge] > 0 { rows[1] - 1 } else { rows[0] };
-            let way = down[edge] * (row - rect.y[0]) as i32;
-            if self.most[edge] + way < 0 {
-                return true;
-            }
-        }
-        false
-    }
-
-    /// Whether all samples of some rows are inside all edges.
-    #[inline(always)]
-    #[expect(clippy::needless_range_loop, reason = "iterators beside vectors may become calls")]
-    fn fills(&self, TileTriangle { rect, down, .. }: &TileTriangle, rows: [usize; 2]) -> bool {
-        for edge in 0..3 {
-            let row = if down[edge] < 0 { rows[1] - 1 } else { rows[0] };
-            let way = down[edge] * (row - rect.y[0]) as i32;
-            if self.least[edge] + way < 0 {
-                return false;
-            }
-        }
-        true
-    }
+pub(crate) struct Across {
+    pub least: [i32; 3],
+    pub most: [i32; 3],
 }
 
 /// The least and the greatest depth, before clamping, that a triangle's plane can have in parts of a tile:
 /// rounding keeps the order of depths along x and along y, so they are found at corners.
-struct Range {
-    depth: TileDepth,
+pub(crate) struct Range {
+    pub depth: TileDepth,
     /// Upper left corner of the tile in the picture, px.
-    origin: [i32; 2],
+    pub origin: [i32; 2],
     /// How far samples are from the centres of their pixels, px.
-    reach: f64,
+    pub reach: f64,
 }
 
 impl Range {
     #[inline(always)]
-    fn new(tile: &TileBuffer, depth: TileDepth) -> Self {
+    pub fn new(tile: &TileBuffer, depth: TileDepth) -> Self {
         Range { depth, origin: tile.origin(), reach: f64::from(tile.samples().reach()) / 16.0 }
     }
 
     /// What the way to some columns adds to the depth, at the far end and at the near one.
     #[inline(always)]
-    fn columns(&self, [start, end]: [usize; 2]) -> [f64; 2] {
+    pub fn columns(&self, [start, end]: [usize; 2]) -> [f64; 2] {
         let TileDepth { ddx, origin, .. } = self.depth;
         let first = f64::from(self.origin[0] + start as i32) - self.reach;
         let last = f64::from(self.origin[0] + end as i32 - 1) + self.reach;

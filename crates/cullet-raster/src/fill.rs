@@ -50,12 +50,6 @@ impl TileDepth {
         let depth = if depth > self.high { self.high } else { depth };
         reversed_key(depth as f32)
     }
-
-    /// Whether all depths between these are those of the triangle already.
-    #[inline(always)]
-    pub(crate) fn needs_no_clamp(&self, farthest: f64, nearest: f64) -> bool {
-        farthest >= self.low && nearest <= self.high
-    }
 }
 
 /// Asked, where a triangle's material has holes, whether it has matter at samples of up to eight

@@ -41,6 +41,7 @@ mod setup;
 mod shares4;
 mod small;
 mod small_patch;
+mod strip;
 #[cfg(test)]
 mod testing;
 mod tile;

@@ -226,18 +226,6 @@ impl TileBuffer {
         self.blocks[block].nearest < key
     }
 
-    /// Whether everything in `n` blocks from the `first` downwards is farther than `key`.
-    #[inline(always)]
-    pub(crate) fn column_is_behind(&self, first: usize, n: usize, key: i32) -> bool {
-        let per_row = self.blocks_per_row();
-        for row in 0..n {
-            if !self.block_is_behind(first + row * per_row, key) {
-                return false;
-            }
-        }
-        true
-    }
-
     /// Whether everything in `rect` is nearer than `key`: whether a thing that reaches no farther to
     /// the front than `key` would be hidden there altogether. Whole blocks are looked at, so the answer may be no too often.
     pub fn hides(&mut self, level: Level, rect: TileRect, key: i32) -> bool {
@@ -433,14 +421,5 @@ mod tests {
         tile.touch_block(0, 50);
         dispatch!(Level::new(), simd => tile.look_again::<_, 4>(simd));
         assert!(tile.corners_hide(block, 49) && !tile.corners_hide(block, 50));
-    }
-
-    #[test]
-    fn a_column_is_behind_where_each_of_its_blocks_is() {
-        let mut tile = TileBuffer::default();
-        tile.begin([0, 0], 32, Samples::One);
-        tile.touch_block(9, 40); // in the second column and the third row
-        assert!(tile.column_is_behind(0, 4, 1) && tile.column_is_behind(1, 2, 1));
-        assert!(!tile.column_is_behind(1, 3, 40) && tile.column_is_behind(1, 4, 41));
     }
 }
