@@ -4,7 +4,7 @@ use std::io::{Read, stdin};
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use cullet::scene::synth::synth;
+use cullet::scene::synth::{NAMES, synth};
 use cullet::scene::{Images, LoadOptions, Scene};
 use cullet::{LoadTimes, load, load_glb_bytes};
 
@@ -84,9 +84,22 @@ impl Source {
             read.map_err(|error| Failure::input(format!("standard input: {error}")))?;
             return Ok(load_glb_bytes(bytes, "standard input", options, threads)?);
         }
-        match self.path.to_str().and_then(|path| path.strip_prefix("synth:")) {
-            Some(spec) => Ok((synth(spec).map_err(Failure::usage)?, LoadTimes::default())),
-            None => Ok(load(&self.path, options, threads)?),
+        let path = self.path.to_str().unwrap_or_default();
+        if let Some(spec) = path.strip_prefix("synth:") {
+            return Ok((synth(spec).map_err(Failure::usage)?, LoadTimes::default()));
         }
+        load(&self.path, options, threads).map_err(|error| {
+            let mut failure = Failure::from(error);
+            if is_name(path) && !self.path.exists() {
+                failure.message += &format!("; the computed scene is synth:{path}");
+            }
+            failure
+        })
     }
+}
+
+/// Whether `synth:` may have been left out before this.
+fn is_name(path: &str) -> bool {
+    let name = path.split(':').next().unwrap_or_default();
+    name == "extreme" || NAMES.iter().any(|(known, _)| *known == name)
 }

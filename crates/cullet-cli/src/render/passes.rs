@@ -48,6 +48,11 @@ impl PassName {
         }
     }
 
+    /// Where nothing is, shows the background.
+    fn shows_background(self) -> bool {
+        matches!(self, PassName::Color | PassName::Albedo)
+    }
+
     /// Holds numbers of things: 24 bits as integers, which must not be blurred.
     pub fn is_number(self) -> bool {
         matches!(self, PassName::Id | PassName::Triangle)
@@ -113,7 +118,8 @@ pub fn plan(args: &RenderArgs) -> Result<Vec<Picture>, Failure> {
         (false, _) => Bits::U8,
     };
     let transparent = args.background.w < 1.0;
-    if transparent && !format.has_alpha() {
+    let shows_background = args.passes.iter().any(|pass| pass.shows_background());
+    if transparent && shows_background && !format.has_alpha() {
         let out = out.display();
         return Err(Failure::usage(format!(
             "{out} cannot hold a transparent background; write a .png, .webp or .exr"
@@ -125,7 +131,7 @@ pub fn plan(args: &RenderArgs) -> Result<Vec<Picture>, Failure> {
         let (out, pass) = (out.display(), pass.name());
         return Err(Failure::usage(format!("{out} would blur {pass} numbers; write a .png")));
     }
-    let alpha = transparent || format.is_float();
+    let alpha = (transparent && format.has_alpha()) || format.is_float();
     let picture = |pass, target| Picture { pass, target, format, bits, alpha };
     match *args.passes.as_slice() {
         [pass] => Ok(vec![picture(pass, Target::from(out.as_path()))]),

@@ -67,6 +67,11 @@ fn transparency_is_kept_and_the_default_background_is_that_of_the_contract() {
     folder.ok("render synth:sphere:8 --size 16x12 -o clear.png --background transparent");
     assert_eq!(folder.image("clear.png").to_rgba8()[(0, 0)].0, [0, 0, 0, 0]);
     assert_eq!(folder.image("clear.png").to_rgba8()[(8, 6)].0[3], 255);
+    // Where no background shows, no file need hold it.
+    let depth = "render synth:sphere:8 --size 16x12 --passes depth -o";
+    folder.ok(&format!("{depth} clear.ppm --background transparent"));
+    folder.ok(&format!("{depth} x.ppm"));
+    assert_eq!(folder.image("clear.ppm"), folder.image("x.ppm"));
     folder.ok("render synth:sphere:8 --size 16x12 -o x.png");
     assert_eq!(folder.image("x.png").to_rgba8()[(0, 0)].0, [39, 48, 63, 255]);
 }
