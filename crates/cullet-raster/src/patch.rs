@@ -156,10 +156,11 @@ pub(crate) fn fill<S: Simd, const N: usize>(
             x += 8;
         }
     } else {
-        // From the first column on: most triangles lie in one patch. What is left of it, at the border of the tile, is
-        // outside.
+        // From the first column on: most triangles lie in one patch. All patches lie in the tile; what of them is left of
+        // the box, then, is outside.
         let width = PATCH / N;
-        let mut x = rect.x[0].min(tile.side() - width);
+        let reach = (rect.x[1] - rect.x[0]).next_multiple_of(width);
+        let mut x = rect.x[0].min(tile.side() - reach);
         let mut values = values;
         if x < rect.x[0] {
             values = values.right(triangle, x as i32 - rect.x[0] as i32);

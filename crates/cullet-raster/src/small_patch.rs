@@ -14,7 +14,7 @@ use crate::tile::TileBuffer;
 
 /// Of eight triangles what patches need, number by number.
 struct Lanes {
-    /// The first sample of the first patch, and how many pixels there are from there to the right.
+    /// The first sample of the first patch, and how many pixels of the box there are from there to the right.
     start: [i32; 8],
     width: [i32; 8],
     height: [i32; 8],
@@ -113,8 +113,10 @@ impl<S: Simd> Small<'_, S> {
         pairs: [i32x8<S>; 3],
     ) -> Lanes {
         let (stride, [left, top]) = (tile.stride_px() as i32, tile.origin());
-        // Within the tile: what is left of a box, at the border, is outside.
-        let x = self.x.min((tile.side() - PATCH / N) as i32);
+        // All patches lie in the tile; what of them is left of the box, then, is outside.
+        let width = (PATCH / N) as i32;
+        let reach = (self.width + (width - 1)) & -width;
+        let x = self.x.min(-reach + tile.side() as i32);
         let back = self.x - x;
         let value = [
             self.value[0] + self.left[0] * back,

@@ -335,7 +335,7 @@ impl TileBuffer {
         self.blocks[block].farthest
     }
 
-    /// Panics where what is known of a block does not hold.
+    /// Panics where what is known of a block does not hold, or something was drawn outside.
     #[cfg(test)]
     pub(crate) fn validate(&self) {
         let n_samples = self.samples.count();
@@ -351,6 +351,14 @@ impl TileBuffer {
                     assert!(self.farthest_of_all <= key, "{} {key}", self.farthest_of_all);
                 }
             }
+        }
+        let stride = self.stride_px() * n_samples;
+        for row in 0..self.side + 4 {
+            let inside = if row < self.side { self.side * n_samples } else { 0 };
+            let keys = &self.keys[self.starts[0] + row * stride..][inside..stride];
+            let ids = &self.ids[self.starts[1] + row * stride..][inside..stride];
+            assert!(keys.iter().all(|key| *key == 0), "row {row}: {keys:?}");
+            assert!(ids.iter().all(|id| *id == NO_TRIANGLE), "row {row}: {ids:?}");
         }
     }
 
