@@ -91,7 +91,7 @@ impl Source {
         load(&self.path, options, threads).map_err(|error| {
             let mut failure = Failure::from(error);
             if is_name(path) && !self.path.exists() {
-                failure.message += &format!("; the computed scene is synth:{path}");
+                failure.message += &format!("; did you mean synth:{path}?");
             }
             failure
         })

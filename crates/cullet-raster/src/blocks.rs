@@ -5,9 +5,9 @@
 
 use fearless_simd::Simd;
 
-use crate::fill::{KeepSample, TileDepth, TileTriangle, shift};
+use crate::fill::{KeepSample, TileTriangle};
 use crate::samples::Offset;
-use crate::strip::{STRIP, Strip};
+use crate::strip::{BlockEdges, Range, STRIP, Strip};
 use crate::tile::{BLOCK, TileBuffer};
 
 /// Eight columns of pixels, in some grid of samples.
@@ -113,102 +113,4 @@ pub(crate) fn fill_blocks<S: Simd, C: Columns<S>, const N: usize>(
         x += 8;
     }
     written
-}
-
-/// How far samples reach beyond the centres of their pixels, in edge values.
-pub(crate) struct BlockEdges {
-    /// The least and the most that any sample adds to the value of each edge.
-    least: [i32; 3],
-    most: [i32; 3],
-}
-
-impl BlockEdges {
-    #[inline(always)]
-    pub fn new<const N: usize>(triangle: &TileTriangle, offsets: &[Offset; N]) -> Self {
-        // One by one: of lists of three the compiler makes masked moves.
-        let [a, b, c] = [
-            reach_of(triangle, 0, offsets),
-            reach_of(triangle, 1, offsets),
-            reach_of(triangle, 2, offsets),
-        ];
-        BlockEdges { least: [a[0], b[0], c[0]], most: [a[1], b[1], c[1]] }
-    }
-
-    /// In eight columns from `x` on.
-    #[inline(always)]
-    pub fn across(
-        &self,
-        TileTriangle { rect, value, left, .. }: &TileTriangle,
-        x: usize,
-    ) -> Across {
-        let way = x as i32 - rect.x[0] as i32;
-        let mut across = Across { least: self.least, most: self.most };
-        for edge in 0..3 {
-            let first = value[edge] - left[edge] * way;
-            let last = first - left[edge] * 7;
-            across.least[edge] += first.min(last);
-            across.most[edge] += first.max(last);
-        }
-        across
-    }
-}
-
-/// The least and the most that any sample adds to the value of an edge.
-#[inline(always)]
-fn reach_of<const N: usize>(
-    TileTriangle { rest, left, down, .. }: &TileTriangle,
-    edge: usize,
-    offsets: &[Offset; N],
-) -> [i32; 2] {
-    let (mut least, mut most) = (i32::MAX, i32::MIN);
-    for offset in offsets {
-        let shift = shift(rest[edge], left[edge], down[edge], *offset);
-        (least, most) = (least.min(shift), most.max(shift));
-    }
-    [least, most]
-}
-
-/// The least and the greatest edge values in eight columns, in the first row of a triangle.
-pub(crate) struct Across {
-    pub least: [i32; 3],
-    pub most: [i32; 3],
-}
-
-/// The least and the greatest depth, before clamping, that a triangle's plane can have in parts of a tile:
-/// rounding keeps the order of depths along x and along y, so they are found at corners.
-pub(crate) struct Range {
-    pub depth: TileDepth,
-    /// Upper left corner of the tile in the picture, px.
-    pub origin: [i32; 2],
-    /// How far samples are from the centres of their pixels, px.
-    pub reach: f64,
-}
-
-impl Range {
-    #[inline(always)]
-    pub fn new(tile: &TileBuffer, depth: TileDepth) -> Self {
-        Range { depth, origin: tile.origin(), reach: f64::from(tile.samples().reach()) / 16.0 }
-    }
-
-    /// What the way to some columns adds to the depth, at the far end and at the near one.
-    #[inline(always)]
-    pub fn columns(&self, [start, end]: [usize; 2]) -> [f64; 2] {
-        let TileDepth { ddx, origin, .. } = self.depth;
-        let first = f64::from(self.origin[0] + start as i32) - self.reach;
-        let last = f64::from(self.origin[0] + end as i32 - 1) + self.reach;
-        let (far, near) = if ddx > 0.0 { (first, last) } else { (last, first) };
-        [ddx * (far - origin[0]), ddx * (near - origin[0])]
-    }
-
-    /// In some columns and rows; operation by operation as in the rows.
-    #[inline(always)]
-    fn of(&self, [way_far, way_near]: [f64; 2], [start, end]: [usize; 2]) -> [f64; 2] {
-        let TileDepth { depth, ddy, origin, .. } = self.depth;
-        let first = f64::from(self.origin[1] + start as i32) - self.reach;
-        let last = f64::from(self.origin[1] + end as i32 - 1) + self.reach;
-        let (far, near) = if ddy > 0.0 { (first, last) } else { (last, first) };
-        let row_far = depth + ddy * (far - origin[1]);
-        let row_near = depth + ddy * (near - origin[1]);
-        [row_far + way_far, row_near + way_near]
-    }
 }

@@ -129,6 +129,13 @@ pub(crate) fn greatest(a: f64, b: f64) -> f64 {
     if b > a { b } else { a }
 }
 
+/// Whole numbers below 2^24.
+#[inline(always)]
+pub(crate) fn widened<S: Simd>(_: S, x: i32x8<S>) -> [f64x4<S>; 2] {
+    let (low, high) = f32x8::float_from(x).widen();
+    [low, high]
+}
+
 #[inline(always)]
 pub(crate) fn both<S: Simd>(low: f64x4<S>, high: f64x4<S>) -> [f64; 8] {
     let mut all = [0.0; 8];

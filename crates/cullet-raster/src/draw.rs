@@ -213,7 +213,7 @@ impl<const N: usize> Job<'_, '_, N> {
             let lane = todo.trailing_zeros() as usize;
             todo &= todo - 1;
             let depth = [depth[0][lane], depth[1][lane], depth[2][lane]];
-            // A few pixels are drawn as soon as asked about; with one sample they are in the code above.
+            // A few pixels are drawn as soon as asked about; those of materials without holes have been, above.
             let is_small = N > 1 && small >> lane & 1 != 0;
             if !is_small {
                 let nearest = depth[0].max(depth[1]).max(depth[2]);
@@ -290,15 +290,17 @@ mod tests {
     fn case(random: &mut Random, size: f64, facing: Facing) -> Case {
         let n = 24 + 8 * (random.next() * 20.0) as usize;
         let mut positions = [vec![], vec![], vec![]];
-        let mut centre = [0.0; 3];
+        let (mut centre, mut sizes) = ([0.0; 3], [size; 3]);
         for i in 0..n {
             if i % 3 == 0 {
                 centre = [0, 1, 2].map(|_| random.next() * 2.4 - 1.2);
                 centre[2] -= 1.5;
+                // Some are thin and tall.
+                sizes[0] = if random.next() < 0.3 { 0.04 * size } else { size };
             }
             for (axis, list) in positions.iter_mut().enumerate() {
                 // Some lie on a coarse grid: repeated corners, equal depths, samples on edges.
-                let value = centre[axis] + (random.next() - 0.5) * size;
+                let value = centre[axis] + (random.next() - 0.5) * sizes[axis];
                 let coarse = random.next() < 0.1;
                 list.push(if coarse { (value * 8.0).round() / 8.0 } else { value } as f32);
             }

@@ -234,10 +234,7 @@ impl<S: Simd> Column<S> {
                 let old_id =
                     u32x8::simd_from(simd, *upper_ids).combine(u32x8::simd_from(simd, *lower_ids));
                 let id = u32x16::splat(simd, triangle.id);
-                let [mut wins, ties] = nearer_or_tied(simd, outside, key, old_key);
-                if ties.any_true() {
-                    wins |= ties & id.simd_lt(old_id);
-                }
+                let mut wins = wins_of(simd, outside, [key, old_key], [id, old_id]);
                 if KEEPS && let Some(keep) = keep.as_deref_mut() {
                     let place = [16 * (left + self.x as i32) + 8, 16 * (top + row as i32) + 8];
                     let bits = kept(wins.to_bitmask(), place, triangle.id, keep);
@@ -271,7 +268,7 @@ pub(crate) fn is_long<S: Simd>() -> bool {
 /// The keys of reversed depths, brought between those of the triangle.
 ///
 /// Rounding keeps the order: it is the same before and after it. Bits of floats from 0 on are in their order, too, and
-/// those of others are negative.
+/// those of others, negative zero among them, are below.
 #[inline(always)]
 pub(crate) fn clamped_key<S: Simd>(simd: S, depth: &TileDepth, reversed: f32x16<S>) -> i32x16<S> {
     let (low, high) = (reversed_key(depth.low as f32), reversed_key(depth.high as f32));
@@ -289,17 +286,22 @@ pub(crate) fn between<S: Simd>(
     key.max(i32x16::splat(simd, farthest)).min(i32x16::splat(simd, nearest))
 }
 
-/// Which of sixteen samples that are not `outside` have a nearer key than the old one, and which have the same: those
-/// are won by the lower id, which few ever ask for. No key is negative.
+/// Which of sixteen samples a triangle wins: those not `outside`, and nearer than what is there, or as near with a lower
+/// id. Ids are asked only where keys are equal, which hardly ever any are.
 #[inline(always)]
-pub(crate) fn nearer_or_tied<S: Simd>(
+pub(crate) fn wins_of<S: Simd>(
     _: S,
     outside: i32x16<S>,
-    key: i32x16<S>,
-    old_key: i32x16<S>,
-) -> [mask32x16<S>; 2] {
+    [key, old_key]: [i32x16<S>; 2],
+    [id, old_id]: [u32x16<S>; 2],
+) -> mask32x16<S> {
     let inside = outside.simd_ge(0);
-    [inside & key.simd_gt(old_key), inside & key.simd_eq(old_key)]
+    let ties = inside & key.simd_eq(old_key);
+    let mut wins = inside & key.simd_gt(old_key);
+    if ties.any_true() {
+        wins |= ties & id.simd_lt(old_id);
+    }
+    wins
 }
 
 /// Which of two rows of eight pixels have matter; the first is at `place`.

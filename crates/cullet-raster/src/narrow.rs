@@ -6,14 +6,14 @@
 use fearless_simd::{Simd, f64x8, i16x32, i32x4, i32x16, prelude::*, u32x4, u32x16};
 
 use crate::depth::reversed_key;
-use crate::fill::{TileTriangle, clamped_key, is_long, nearer_or_tied};
+use crate::fill::{TileTriangle, clamped_key, is_long, wins_of};
 use crate::tile::TileBuffer;
 
 /// Pixels along each side of a group.
 pub(crate) const SIDE: usize = 4;
 
 /// By lane, how many rows down and columns to the right, twice as many 16-bit numbers.
-const WAYS: [i16; 32] = {
+static WAYS: [i16; 32] = {
     let mut all = [0; 32];
     let mut lane = 0;
     while lane < 16 {
@@ -24,7 +24,7 @@ const WAYS: [i16; 32] = {
 };
 
 /// By how many rows of a group there are, -1 in those that are not.
-const BEYOND: [[i32; 16]; SIDE] = {
+static BEYOND: [[i32; 16]; SIDE] = {
     let mut all = [[0; 16]; SIDE];
     let mut lane = 0;
     while lane < 16 {
@@ -90,12 +90,10 @@ pub(crate) fn fill<S: Simd>(
             let key = clamped_key(simd, depth, upper_depth.narrow(lower_depth));
             let [a, b, c, d] = rows(group_keys, stride);
             let old_key = four(simd, a, b, c, d);
-            let [mut wins, ties] = nearer_or_tied(simd, outside, key, old_key);
             let [i, j, k, l] = rows(group_ids, stride);
-            if ties.any_true() {
-                let (id, old_id) = (id.combine(id), four_ids(simd, i, j, k, l));
-                wins |= ties & id.combine(id).simd_lt(old_id);
-            }
+            let (two_ids, old_id) = (id.combine(id), four_ids(simd, i, j, k, l));
+            let four_ids = two_ids.combine(two_ids);
+            let wins = wins_of(simd, outside, [key, old_key], [four_ids, old_id]);
             let (upper, lower) = wins.select(key, old_key).split();
             let ((p, q), (r, s)) = (upper.split(), lower.split());
             p.store_slice(a);

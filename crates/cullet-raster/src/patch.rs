@@ -8,7 +8,7 @@ use fearless_simd::{Simd, f32x16, f64x8, i16x32, i32x16, mask32x16, prelude::*, 
 
 use crate::blocks::Columns;
 use crate::depth::reversed_key;
-use crate::fill::{KeepSample, TileTriangle, clamped_key, is_long, nearer_or_tied, shift};
+use crate::fill::{KeepSample, TileTriangle, clamped_key, is_long, shift, wins_of};
 use crate::samples::{Offset, Samples};
 use crate::tile::TileBuffer;
 
@@ -288,13 +288,10 @@ pub(crate) fn win<S: Simd>(
     ids: &mut [u32],
 ) -> u32 {
     let (keys, ids) = (sixteen(keys), sixteen(ids));
-    let old_key = i32x16::simd_from(simd, *keys);
-    let [mut wins, ties] = nearer_or_tied(simd, outside, key, old_key);
-    if ties.any_true() {
-        wins |= ties & id.simd_lt(u32x16::simd_from(simd, *ids));
-    }
+    let (old_key, old_id) = (i32x16::simd_from(simd, *keys), u32x16::simd_from(simd, *ids));
+    let wins = wins_of(simd, outside, [key, old_key], [id, old_id]);
     wins.select(key, old_key).store_slice(keys);
-    wins.select(id, u32x16::simd_from(simd, *ids)).store_slice(ids);
+    wins.select(id, old_id).store_slice(ids);
     wins.to_bitmask().count_ones()
 }
 
@@ -366,10 +363,8 @@ impl<S: Simd, const N: usize> Column<S, N> {
                     let old_key = sixteen(&mut tile.keys[key_start + i * PATCH..]);
                     let old_key = i32x16::simd_from(simd, *old_key);
                     let old_id = sixteen(&mut tile.ids[id_start + i * PATCH..]);
-                    let [mut own, ties] = nearer_or_tied(simd, outside, keys[i], old_key);
-                    if ties.any_true() {
-                        own |= ties & id.simd_lt(u32x16::simd_from(simd, *old_id));
-                    }
+                    let old_id = u32x16::simd_from(simd, *old_id);
+                    let own = wins_of(simd, outside, [keys[i], old_key], [id, old_id]);
                     wins |= own.to_bitmask() << (i * PATCH);
                 }
             }

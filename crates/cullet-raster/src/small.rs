@@ -4,9 +4,9 @@
 //! Only samples that are covered are then tried one by one. Edges, depth and ties are those of
 //! [`crate::fill`], operation by operation.
 
-use fearless_simd::{Simd, SimdCvtFloat, f32x8, f64x4, i32x8, mask32x8, prelude::*};
+use fearless_simd::{Simd, f64x4, i32x8, mask32x8, prelude::*};
 
-use crate::depth8::Depth4;
+use crate::depth8::{Depth4, widened};
 use crate::samples::Samples;
 use crate::tile::{BLOCK, BLOCK_BITS, TileBuffer};
 
@@ -99,7 +99,7 @@ impl<S: Simd> Small<'_, S> {
                 let (key, at) = (step_keys[sample], step_places[sample] as usize);
                 let id = self.id[sample % 8];
                 let (old_key, old_id) = (keys[at], ids[at]);
-                // No branch: nobody could foresee it.
+                // A branch for equal keys, which hardly ever any are; none for the nearer: nobody could foresee it.
                 let mut wins = key > old_key;
                 if key == old_key {
                     wins = id < old_id;
@@ -152,11 +152,4 @@ fn key<S: Simd>(simd: S, values: &[f64; 8]) -> i32x8<S> {
     let low = f64x4::from_slice(simd, &values[0..4]);
     // The sum has no negative zero.
     (low.narrow(f64x4::from_slice(simd, &values[4..8])) + 0.0).bitcast()
-}
-
-/// Whole numbers below 2^24.
-#[inline(always)]
-pub(crate) fn widened<S: Simd>(_: S, x: i32x8<S>) -> [f64x4<S>; 2] {
-    let (low, high) = f32x8::float_from(x).widen();
-    [low, high]
 }

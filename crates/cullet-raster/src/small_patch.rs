@@ -5,11 +5,11 @@
 
 use fearless_simd::{Simd, f64x8, i32x8, i32x16, prelude::*, u32x16};
 
-use crate::depth8::both;
+use crate::depth8::{both, widened};
 use crate::edges8::lane_of;
 use crate::fill::{between, is_long};
 use crate::patch::{Lattice, PATCH, short_values, win};
-use crate::small::{Small, widened};
+use crate::small::Small;
 use crate::tile::TileBuffer;
 
 /// Of eight triangles what patches need, number by number.

@@ -108,8 +108,10 @@ impl EdgeScratch {
     #[inline(always)]
     fn make_room(&mut self, n: usize, n_samples: usize) {
         let (edges, wanted) = (self.n.edges + n, self.n.wanted + n * n_samples);
-        if self.edges.len() < edges || self.wanted.len() < wanted {
+        if self.edges.len() < edges {
             self.edges.resize(edges, Edge::default());
+        }
+        if self.wanted.len() < wanted {
             self.wanted.resize(wanted, Wanted::default());
             self.shares.resize(wanted, Share::default());
         }
@@ -401,44 +403,48 @@ mod tests {
 
     #[test]
     fn triangles_of_a_pixel_are_shaded_around_its_middle() {
-        /// Eight pixels, those of odd numbers with other ids.
+        /// Fifteen pixels with these ids in some order, and a few that show one triangle.
         fn check<const N: usize>(ids: [u32; N], samples: Samples) {
             let offsets: &[[i32; 2]; N] = samples.offsets().first_chunk().unwrap();
-            let pixels: [[u32; N]; 8] = std::array::from_fn(|pixel| match pixel % 2 {
-                0 => ids,
-                _ => ids.map(|id| if id == NO_TRIANGLE { id } else { id + 100 }),
-            });
-            let all = pixels.as_flattened().repeat(2);
-            for (name, level) in cullet_cull::wide::levels() {
-                let mut scratch = EdgeScratch { whole: vec![0; 16], ..EdgeScratch::default() };
-                let place = Place { x: 3, y: 5, out: 7 };
-                // Seven of the eight.
-                dispatch!(level, simd => scratch.row::<_, N>(simd, &all, place, 0..7));
-                if ids.iter().all(|id| *id == ids[0]) {
-                    assert_eq!(scratch.n.edges, 0, "{name}");
-                    assert_eq!(
-                        scratch.whole[..7],
-                        std::array::from_fn::<_, 7, _>(|i| pixels[i][0])
-                    );
-                    continue;
+            let pixels: [[u32; N]; 24] = std::array::from_fn(|pixel| {
+                let other = 100 * pixel as u32;
+                if pixel % 5 == 3 {
+                    return [other; N];
                 }
-                assert_eq!(scratch.n.edges, 7, "{name}");
+                let own = |i: usize| ids[(i + pixel) % N];
+                std::array::from_fn(|i| own(i).checked_add(other).unwrap_or(NO_TRIANGLE))
+            });
+            let is_edge = |pixel: &[u32; N]| pixel.iter().any(|id| *id != pixel[0]);
+            for (name, level) in cullet_cull::wide::levels() {
+                let mut scratch = EdgeScratch { whole: vec![0; 24], ..EdgeScratch::default() };
+                let place = Place { x: 3, y: 5, out: 7 };
+                let all = pixels.as_flattened();
+                dispatch!(level, simd => scratch.row::<_, N>(simd, all, place, 0..15));
+                for (pixel, whole) in pixels[..15].iter().zip(&scratch.whole) {
+                    let expected = if is_edge(pixel) { NO_TRIANGLE } else { pixel[0] };
+                    assert_eq!(*whole, expected, "{name}");
+                }
+                let mut edges = scratch.edges[..scratch.n.edges].iter().enumerate();
                 let wanted = &scratch.wanted[..scratch.n.wanted];
                 let mut all = wanted.iter().zip(&scratch.shares).peekable();
-                for (pixel, edge) in scratch.edges[..7].iter().enumerate() {
-                    assert_eq!(edge.out as usize, 7 + pixel);
+                for (column, pixel) in pixels[..15].iter().enumerate() {
+                    if !is_edge(pixel) {
+                        continue;
+                    }
+                    let (number, edge) = edges.next().unwrap();
+                    assert_eq!(edge.out as usize, 7 + column);
                     let (mut sum, mut n_seen, mut known) = ([0.0; 2], 0.0, Vec::new());
                     while let Some((wanted, share)) =
-                        all.next_if(|(_, share)| share.edge as usize == pixel)
+                        all.next_if(|(_, share)| share.edge as usize == number)
                     {
-                        let seen =
-                            offsets.iter().zip(pixels[pixel]).filter(|(_, id)| *id == wanted.id);
+                        let seen = offsets.iter().zip(pixel).filter(|(_, id)| **id == wanted.id);
                         let places: Vec<[f64; 2]> = seen.map(|(at, _)| at.map(f64::from)).collect();
                         let weight = places.len() as f64;
                         assert_eq!(weight as f32 / N as f32, share.part);
-                        assert!(!known.contains(&wanted.id));
+                        assert!(weight > 0.0 && !known.contains(&wanted.id));
                         known.push(wanted.id);
-                        let place = [wanted.x - (3 + pixel as i32) * 16 - 8, wanted.y - 5 * 16 - 8];
+                        let place =
+                            [wanted.x - (3 + column as i32) * 16 - 8, wanted.y - 5 * 16 - 8];
                         for axis in 0..2 {
                             let exact: f64 = places.iter().map(|at| at[axis]).sum::<f64>();
                             let place = f64::from(place[axis]);
@@ -448,16 +454,14 @@ mod tests {
                         n_seen += share.part;
                     }
                     assert_eq!(n_seen + edge.unseen, 1.0, "{name}");
-                    let n_nothing = ids.iter().filter(|id| **id == NO_TRIANGLE).count();
+                    let n_nothing = pixel.iter().filter(|id| **id == NO_TRIANGLE).count();
                     assert_eq!(edge.unseen, n_nothing as f32 / N as f32, "{name}");
                     if n_nothing == 0 {
-                        assert!(
-                            sum.iter().all(|sum| sum.abs() <= 0.5 * N as f64),
-                            "{ids:?}: {sum:?}"
-                        );
+                        let limit = 0.5 * N as f64;
+                        assert!(sum.iter().all(|sum| sum.abs() <= limit), "{pixel:?}: {sum:?}");
                     }
                 }
-                assert!(all.next().is_none(), "{name}");
+                assert!(edges.next().is_none() && all.next().is_none(), "{name}");
             }
         }
         for case in 0..4u32.pow(4) {

@@ -48,8 +48,8 @@ fn bad_input_is_3() {
     folder.write("text.glb", "this is no scene");
     folder.write("lost.gltf", TRIANGLE.replace("data:;base64,", "lost.bin?"));
     folder.fails(3, "none.glb", "render none.glb -o x.png");
-    folder.fails(3, "is synth:city:3", "render city:3 -o x.png");
-    folder.fails(3, "is synth:extreme:far", "render extreme:far -o x.png");
+    folder.fails(3, "did you mean synth:city:3", "render city:3 -o x.png");
+    folder.fails(3, "did you mean synth:extreme:far", "render extreme:far -o x.png");
     folder.fails(3, "text.glb", "render text.glb -o x.png");
     folder.fails(3, "lost", "render lost.gltf -o x.png");
     folder.fails(3, "standard input", "render - -o x.png");
