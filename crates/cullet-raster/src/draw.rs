@@ -86,14 +86,14 @@ impl<const N: usize> Job<'_, '_, N> {
                 i32x8::from_slice(simd, &lower[first..first + 8]),
             );
             let mut holds = boxes.hold();
-            let blocks = boxes.blocks();
+            let corners = boxes.corners(self.tile);
             while holds != 0 {
                 let lane = holds.trailing_zeros() as usize % 8;
                 holds &= holds - 1;
                 here[n] = (first + lane) as u8;
-                let (blocks, nearest) = (blocks.of(lane), self.assembly.nearest[first + lane]);
+                let nearest = self.assembly.nearest[first + lane];
                 // A pixel of one sample is drawn as soon as asked about. No branch: nobody could foresee it.
-                let is_hidden = N > 1 && self.tile.corners_hide(blocks, nearest);
+                let is_hidden = N > 1 && corners.hide(self.tile, lane, nearest);
                 n += usize::from(!is_hidden);
             }
         }

@@ -15,8 +15,8 @@ use crate::samples::Samples;
 pub(crate) const BLOCK: usize = 8;
 pub(crate) const BLOCK_BITS: u32 = BLOCK.trailing_zeros();
 
-/// Columns beyond the right border, so that a group of sixteen may begin at the last column, and a cache
-/// line's worth, so that all rows begin alike.
+/// Columns beyond the right border, so that a group of sixteen may be read from the last column on, and a cache
+/// line's worth, so that all rows begin alike. Nothing is drawn there.
 const MARGIN: usize = LINE;
 const _: () = assert!(MARGIN >= 16);
 
@@ -67,13 +67,6 @@ pub struct TileRect {
     /// First column and the one after the last.
     pub x: [usize; 2],
     /// First row and the one after the last.
-    pub y: [usize; 2],
-}
-
-/// Blocks of a tile: the first and the last column, the first and the last row.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct BlockRect {
-    pub x: [usize; 2],
     pub y: [usize; 2],
 }
 
@@ -283,17 +276,10 @@ impl TileBuffer {
         true
     }
 
-    /// Whether everything is nearer than `key` in a few blocks, as far as is known. Those that are more than two
-    /// along an axis are not looked at.
+    /// A key that nothing in a block is farther than, as far as is known.
     #[inline(always)]
-    pub(crate) fn corners_hide(&self, BlockRect { x, y }: BlockRect, key: i32) -> bool {
-        let per_row = self.blocks_per_row();
-        let (upper, lower) = (y[0] * per_row, y[1] * per_row);
-        let farthest = |block: usize| self.blocks[block].farthest;
-        let [a, b] = [farthest(upper + x[0]), farthest(upper + x[1])];
-        let [c, d] = [farthest(lower + x[0]), farthest(lower + x[1])];
-        let is_few = (x[1] - x[0] < 2) & (y[1] - y[0] < 2);
-        is_few & (a.min(b).min(c.min(d)) > key)
+    pub(crate) fn farthest_known(&self, block: usize) -> i32 {
+        self.blocks[block].farthest
     }
 
     /// Finds the farthest keys anew of blocks that were written to at least `TOUCHES` times since.
@@ -393,29 +379,6 @@ mod tests {
     }
 
     #[test]
-    fn few_blocks_hide_what_is_behind_all_of_them() {
-        let mut tile = TileBuffer::default();
-        tile.begin([0, 0], 32, Samples::Four);
-        let farthest = |block: usize| 10 + (block * 7 % 16) as i32;
-        for block in 0..16 {
-            tile.cover_block(block, [farthest(block), 100]);
-        }
-        for place in 0..256 {
-            let ([x0, x1], [y0, y1]) =
-                ([place & 3, place >> 2 & 3], [place >> 4 & 3, place >> 6 & 3]);
-            if x0 > x1 || y0 > y1 {
-                continue;
-            }
-            let blocks = (y0..=y1).flat_map(|y| (x0..=x1).map(move |x| 4 * y + x));
-            let least = blocks.map(farthest).min().unwrap();
-            let is_few = x1 - x0 < 2 && y1 - y0 < 2;
-            let rect = BlockRect { x: [x0, x1], y: [y0, y1] };
-            assert_eq!(tile.corners_hide(rect, least - 1), is_few, "{rect:?}");
-            assert!(!tile.corners_hide(rect, least), "{rect:?}");
-        }
-    }
-
-    #[test]
     fn blocks_are_looked_at_again_when_written_to_often() {
         let mut tile = TileBuffer::default();
         tile.begin([0, 0], 16, Samples::Two);
@@ -423,11 +386,10 @@ mod tests {
         for _ in 0..3 {
             tile.touch_block(0, 50);
         }
-        let block = BlockRect { x: [0, 0], y: [0, 0] };
         dispatch!(Level::new(), simd => tile.look_again::<_, 4>(simd));
-        assert!(!tile.corners_hide(block, 49));
+        assert!(tile.farthest_known(0) < 50);
         tile.touch_block(0, 50);
         dispatch!(Level::new(), simd => tile.look_again::<_, 4>(simd));
-        assert!(tile.corners_hide(block, 49) && !tile.corners_hide(block, 50));
+        assert_eq!(tile.farthest_known(0), 50);
     }
 }
