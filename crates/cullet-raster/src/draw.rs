@@ -19,7 +19,8 @@ use crate::piece::{PieceBox, Place, in_tile};
 use crate::plain::{self, fill_plain};
 use crate::samples::{Offset, Samples};
 use crate::setup::ScreenTriangle;
-use crate::small::{SMALL, Small};
+use crate::small::{self, Small};
+use crate::small_patch;
 use crate::tile::TileBuffer;
 
 /// How often a block must have been written to for its farthest sample to be looked for again on behalf
@@ -162,7 +163,8 @@ impl<const N: usize> Job<'_, '_, N> {
         ];
         let (width, height) = (end_x - start_x, end_y - start_y);
         let mut todo = 0xffu64 >> (8 - n);
-        let small = width.max(height).simd_le(SMALL).to_bitmask() & todo;
+        let limit = if N == 1 { small::SMALL } else { small_patch::SMALL };
+        let small = width.max(height).simd_le(limit).to_bitmask() & todo;
         let corners = Corners8 {
             area,
             corner: [ax, ay],

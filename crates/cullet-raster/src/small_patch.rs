@@ -10,7 +10,10 @@ use crate::edges8::lane_of;
 use crate::fill::{between, is_long};
 use crate::patch::{Lattice, PATCH, short_values, win};
 use crate::small::Small;
-use crate::tile::TileBuffer;
+use crate::tile::{BLOCK, TileBuffer};
+
+/// Boxes of at most this many pixels along each axis are drawn here: they lie in one block, or in two along an axis.
+pub(crate) const SMALL: i32 = BLOCK as i32;
 
 /// Of eight triangles what patches need, number by number.
 struct Lanes {
