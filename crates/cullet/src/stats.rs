@@ -28,8 +28,9 @@ pub struct FrameStats {
     pub triangles: SetupCounters,
     /// Samples that a triangle won, later losers included: a measure of the rasterizer's work. Tiles are drawn whole, also
     /// where they reach beyond the picture or its region, so it depends on [`tile_px`](crate::Settings::tile_px), and
-    /// on what is left out as hidden; not on threads. Colours and data that are drawn apart, as with several
-    /// samples a pixel, count both; of accumulated frames one counts, of supersampling the finer picture.
+    /// on what is left out as hidden, and, since later losers depend on the order, on whether wide code draws or the
+    /// fallback; not on threads. Colours and data that are drawn apart, as with several samples a pixel, count both; of
+    /// accumulated frames one counts, of supersampling the finer picture.
     pub samples_written: u64,
     /// Pixels that show something.
     pub pixels_shaded: u64,
