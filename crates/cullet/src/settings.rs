@@ -88,7 +88,7 @@ impl Settings {
         Settings { antialias: Antialias::Ssaa16, ..Settings::balanced() }
     }
 
-    /// The default: smooth edges at two to three times the time of a fast frame.
+    /// The default: smooth edges at some twice the time of a fast frame.
     pub fn balanced() -> Settings {
         Settings {
             shading: Shading::Lambert,
