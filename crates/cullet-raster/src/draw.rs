@@ -27,9 +27,10 @@ use crate::tile::TileBuffer;
 /// of one triangle.
 const WORTH_A_LOOK: u32 = 4;
 
-/// Draws `assembly` into `tile`, which has the samples that it was made for, or one. `keep` is asked per sample where the material has holes. Returns how many samples were
-/// won, later losers included, which depends on the order of triangles. The picture depends neither on
-/// that, nor on the order of calls, nor on the instruction set that the assembly was made for.
+/// Draws `assembly` into `tile`, which has the samples that it was made for, or one. `keep` is asked per sample where
+/// the material has holes. Returns how many samples were won, later losers included, which depends on the order of
+/// triangles. The picture depends neither on that, nor on the order of calls, nor on the instruction set that the
+/// assembly was made for.
 pub fn draw(tile: &mut TileBuffer, assembly: &Assembly, keep: Option<&mut KeepSample<'_>>) -> u64 {
     debug_assert!([Samples::One, assembly.samples].contains(&tile.samples()), "made for others");
     let Some(level) = assembly.wide else { return plain::draw(tile, assembly, keep) };
