@@ -6,6 +6,7 @@ import statistics
 import subprocess
 import tempfile
 
+import exact
 import pictures
 import runners
 
@@ -34,19 +35,35 @@ def frames(a, jobs):
 
 
 def compare(a, scene, aa, mode):
-    """One picture of each; the stats of ours, and how the two agree."""
+    """The stats of one frame of ours, and how depths of the two agree; for colours see `same_picture`."""
     with tempfile.TemporaryDirectory() as folder:
-        theirs, dump = os.path.join(folder, "theirs.png"), os.path.join(folder, "dump")
+        dump = os.path.join(folder, "dump")
         ours = os.path.join(folder, "ours.f32" if mode == "depth" else "ours.png")
         stats = runners.cullet(a.cullet, scene.path, scene.camera, aa, mode, 1, 1, ours)
-        if mode == "depth" and aa != "none":
+        if mode != "depth" or aa != "none":
             return stats, {}  # a depth picture of ours is one sample per pixel, theirs the first of four
-        runners.llvmpipe(scene.path, scene.camera, aa, mode, 1, 1, .01, 1, "draws", out=theirs, dump=dump, warmup=0)
-        if mode == "depth":
-            off = pictures.depth_off(dump, ours, scene.camera)
-            return stats, dict(depth_off=off, agree=off <= pictures.DEPTH_LIMIT)
-        flip = pictures.flip(a.cullet, theirs, ours)
-        return stats, dict(flip=flip, agree=flip <= pictures.FLIP_LIMIT)
+        runners.llvmpipe(scene.path, scene.camera, aa, mode, 1, 1, .01, 1, "draws", dump=dump, warmup=0)
+        off = pictures.depth_off(dump, ours, scene.camera)
+        return stats, dict(depth_off=off, agree=off <= pictures.DEPTH_LIMIT)
+
+
+def same_picture(a, jobs):
+    """How far apart Cullet, llvmpipe, and llvmpipe with exact conversions (see `exact`) are."""
+    for scene in jobs:
+        for aa in a.aa:
+            with tempfile.TemporaryDirectory() as folder:
+                ours, theirs, exactly = (os.path.join(folder, name) for name in ("ours.png", "theirs.png", "exact.ppm"))
+                try:
+                    runners.cullet(a.cullet, scene.path, scene.camera, aa, "shaded", 2, 1, ours)
+                except runners.NotThere:
+                    yield dict(scene=scene.name, aa=aa, missing=True)
+                    continue
+                runners.llvmpipe(scene.path, scene.camera, aa, "shaded", 2, 1, .01, 2, "draws", out=theirs, warmup=0)
+                exact.picture(a.bench, scene.path, scene.camera, aa, exactly)
+                flip = pictures.flip(a.cullet, exactly, ours)
+                yield dict(
+                    scene=scene.name, aa=aa, mode="shaded", flip=flip, as_is=pictures.flip(a.cullet, theirs, ours),
+                    own=pictures.flip(a.cullet, theirs, exactly), agree=flip <= pictures.FLIP_LIMIT)
 
 
 def in_turn(a, scene, aa, mode, cores, guess_ms):

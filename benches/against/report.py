@@ -30,9 +30,11 @@ def line(row):
     if row.get("missing"):
         return what + ": not there"
     if row["part"] == "frames":
-        agree = " flip %.4f" % row["flip"] if "flip" in row else " depth off %.4f" % row["depth_off"] if "depth_off" in row else ""
+        agree = " depth off %.4f" % row["depth_off"] if "depth_off" in row else ""
         return "%s: llvmpipe %.2f cullet %.2f ms, x%.2f, cpu x%.2f%s" % (
             what, row["theirs"]["median"], row["ours"]["median"], ratio(row), cpu_ratio(row), agree)
+    if row["part"] == "pictures":
+        return "%s: flip %.4f, as it draws %.4f, its own %.4f" % (what, row["flip"], row["as_is"], row["own"])
     if row["part"] == "turning":
         return "%s: still %.2f turning %.2f ms, llvmpipe %.2f" % (what, row["still_ms"], row["turning_ms"], row["theirs"])
     if row["part"] == "process":
@@ -71,12 +73,14 @@ def table(head, rows):
 
 
 def markdown(rows, a):
-    part = {p: [r for r in rows if r["part"] == p and not r.get("missing")] for p in ("frames", "turning", "process", "instructions")}
+    part = {p: [r for r in rows if r["part"] == p and not r.get("missing")] for p in ("pictures", "frames", "turning", "process", "instructions")}
     missing = sorted({r["aa"] for r in rows if r.get("missing")})
     counts = {(r["scene"], r["aa"], r["mode"]): r["instructions"] for r in part["instructions"]}
     out = [header(rows, part["frames"], missing)]
     if part["frames"]:
-        out += [still(part["frames"], counts), means(part["frames"]), bars(part["frames"]), stages(part["frames"])]
+        out += [still(part["frames"], counts, part["pictures"]), means(part["frames"]), bars(part["frames"]), stages(part["frames"])]
+    if part["pictures"]:
+        out.append(same_picture(part["pictures"]))
     if part["turning"]:
         out.append(turning(part["turning"]))
     if part["process"]:
@@ -100,26 +104,28 @@ def header(rows, frames, missing):
     return text
 
 
-def still(frames, counts):
+def still(frames, counts, compared):
     text = """## Still camera, 1920x1080
 
 Milliseconds per frame: median, in brackets the least CPU time. `ratio` = median of llvmpipe / median of Cullet, `cpu` = the
 same of the least CPU times, which other work on the machine disturbs less. `limit`: what the parts of this frame (a layer of depth,
 triangles drawn and rejected, pixels shaded, as counted by Cullet) would take by themselves at the speeds that kernels alone
 have reached (%.1f ms, %.1f, %.1f and %.1f ns; taken to scale with cores); `of it` = median of Cullet / limit. Without multisampling only.
-`agree`: mean FLIP of the two pictures (at most %.2f), or the share of pixels whose depth differs (at most %.2f).
+`agree`: mean FLIP of the two pictures (at most %.2f; more of it below), or the share of pixels whose depth differs (at most %.2f).
 
 """ % (LAYER_MS, TRIANGLE_NS, REJECT_NS, TEXEL_NS, pictures.FLIP_LIMIT, pictures.DEPTH_LIMIT)
     head = ["scene", "mode", "aa", "cores", "llvmpipe", "its mode", "Cullet", "ratio", "cpu", "limit", "of it", "M instr.", "agree"]
+    flips = {(r["scene"], r["aa"]): r for r in compared}
     body = []
     for r in frames:
         limit = limit_ms(r) if r["aa"] == "none" else None
         count = counts.get((r["scene"], r["aa"], r["mode"])) if r["cores"] == 1 else None
-        agree = "%.4f" % (r["flip"] if "flip" in r else r["depth_off"]) if "agree" in r else "-"
+        seen = flips.get((r["scene"], r["aa"]), {}) if r["mode"] == "shaded" else r
+        agree = "%.4f" % seen.get("flip", seen.get("depth_off")) if "agree" in seen else "-"
         body.append([r["scene"], r["mode"], r["aa"], r["cores"], cell(r["theirs"]), "LP %d, %s" % (r["lp"], r["submit"]), cell(r["ours"]),
                      "**%.2f**" % ratio(r), "%.2f" % cpu_ratio(r), "%.2f" % limit if limit else "-",
                      "%.1f" % (r["ours"]["median"] / limit) if limit else "-", "%.1f" % (count / 1e6) if count else "-",
-                     agree if r.get("agree") is not False else agree + " NO"])
+                     agree if seen.get("agree") is not False else agree + " NO"])
     return text + table(head, body)
 
 
@@ -173,6 +179,19 @@ def stages(frames):
         body.append([r["scene"]] + ["%.2f" % r["stages"][n] if n in r["stages"] else "-" for n in names]
                     + [t.get("drawn", "-"), culled.get("facing_away", "-"), r.get("pixels", "-")])
     return "## Where the time goes (shaded, aa none, one core, ms)\n\n" + table(["scene"] + names + ["triangles drawn", "facing away", "pixels shaded"], body)
+
+
+def same_picture(rows):
+    def marked(flip):
+        return "%.4f" % flip if flip <= pictures.FLIP_LIMIT else "**%.4f**" % flip
+    body = [[r["scene"], r["aa"], marked(r["flip"]), marked(r["as_is"]), marked(r["own"])] for r in rows]
+    return ("""## The same picture?
+
+Mean FLIP at 1920x1080, at most %.2f asked for; what is above is set in bold. `exact`: between Cullet and llvmpipe drawing into floats from
+textures of floats, so that colours are converted from and to sRGB exactly. `as it draws`: between Cullet and llvmpipe with textures and a
+target of 8-bit sRGB, as it is timed: it converts by approximations then, off by up to a code. `its own`: between those two pictures of llvmpipe.
+
+""" % pictures.FLIP_LIMIT + table(["scene", "aa", "exact", "as it draws", "its own"], body))
 
 
 def turning(rows):
