@@ -3,9 +3,11 @@
 //!
 //! `growth PREFIX [LARGEST]`: writes `PREFIX-pixels.svg`, `-seen.svg`, `-hidden.svg`, `-outside.svg`
 //! and the same as tables in `PREFIX.md`. LARGEST: millions of hidden and outside triangles in the
-//! last step, 100 by default. 1280x720 but for the first, one sample per pixel; least time of many frames, on one core and on two.
+//! last step, 100 by default. 1280x720 but for the first, one sample per pixel; least time of many frames, on one
+//! core and on two.
 
 use std::fmt::Write;
+use std::path::Path;
 use std::time::Duration;
 
 use cullet::scene::{Scene, synth};
@@ -21,6 +23,9 @@ const COLORS: [&str; 2] = ["#1f6fb4", "#d1652b"];
 fn main() {
     let mut arguments = std::env::args().skip(1);
     let prefix = arguments.next().expect("growth PREFIX [LARGEST]");
+    if let Some(folder) = Path::new(&prefix).parent() {
+        std::fs::create_dir_all(folder).expect("a folder");
+    }
     let largest: usize = arguments.next().map_or(100, |n| n.parse().expect("millions"));
     let millions: Vec<usize> =
         [1, 2, 5, 10, 20, 50, 100].into_iter().filter(|&n| n <= largest).collect();

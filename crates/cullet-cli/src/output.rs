@@ -206,6 +206,16 @@ fn live() -> MutexGuard<'static, Vec<PathBuf>> {
 }
 
 fn cannot_write(target: &Target, error: &io::Error) -> Failure {
+    if let Target::File(path) = target
+        && let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty())
+        && error.kind() == io::ErrorKind::NotFound
+        && !folder.exists()
+    {
+        let folder = folder.display();
+        return Failure::output(format!(
+            "{target}: cannot be written: there is no folder `{folder}`; make it first"
+        ));
+    }
     Failure::output(format!("{target}: cannot be written: {error}"))
 }
 

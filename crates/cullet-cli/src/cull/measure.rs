@@ -6,7 +6,7 @@ use std::ops::AddAssign;
 use std::time::Instant;
 
 use cullet::Level;
-use cullet::cull::wide::{Boxes8, Coarse8, levels};
+use cullet::cull::wide::{Boxes8, Coarse8};
 use cullet::cull::{
     Aabb, Counts, Fate, Frustum, Hierarchy, MAX_LEVELS, NodeBox, Sat, Sphere, Test, Verdict,
     WalkStats, planes_cutting, reverse_visible, sphere_visible,
@@ -522,15 +522,5 @@ impl Sweep {
         // One word per cache line, written so that no copy elsewhere stays valid.
         self.0.iter_mut().step_by(8).for_each(|word| *word = word.wrapping_mul(3));
         black_box(&self.0);
-    }
-}
-
-/// What the command line calls a level.
-pub fn level_name(level: Level) -> &'static str {
-    let levels = levels();
-    let same = |known: &Level| std::mem::discriminant(known) == std::mem::discriminant(&level);
-    match levels.iter().find(|(_, known)| same(known)) {
-        Some(("scalar", _)) | None => "fallback",
-        Some((name, _)) => name,
     }
 }

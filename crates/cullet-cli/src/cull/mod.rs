@@ -24,7 +24,7 @@ use serde_json::Value;
 use crate::exit::Failure;
 use crate::message::{Progress, note};
 use crate::output::{Outputs, Target, print, spare_inputs};
-use crate::render::{SimdName, camera, size};
+use crate::render::{SimdName, camera, level_name, size};
 use crate::source::{Limits, Source};
 use downstream::{Drawn, Mode, draw};
 use expr::Reports;
@@ -298,7 +298,7 @@ fn measure(
         sum,
         focus,
         build_ms: all.build_ms,
-        simd: measure::level_name(level),
+        simd: level_name(level),
         input,
     })
 }

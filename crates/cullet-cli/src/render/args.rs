@@ -149,7 +149,7 @@ pub struct RenderArgs {
     #[arg(long, value_enum, default_value = "auto")]
     pub simd: SimdName,
     /// Worker threads, 0 to 1024; 0 means one per core. Changes time, never a pixel
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true)]
     #[arg(value_parser = clap::value_parser!(u16).range(0..=1024))]
     pub threads: u16,
     /// Who finds what is visible
@@ -440,6 +440,16 @@ impl SimdName {
             let known = known.join(", ").replace("scalar", "fallback");
             Failure::usage(format!("--simd {name}: this machine has {known}"))
         })
+    }
+}
+
+/// What `--simd` calls a level.
+pub fn level_name(level: Level) -> &'static str {
+    let levels = cullet::cull::wide::levels();
+    let same = |known: &Level| std::mem::discriminant(known) == std::mem::discriminant(&level);
+    match levels.iter().find(|(_, known)| same(known)) {
+        Some(("scalar", _)) | None => "fallback",
+        Some((name, _)) => name,
     }
 }
 

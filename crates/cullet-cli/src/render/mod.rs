@@ -5,7 +5,7 @@ pub mod camera;
 mod passes;
 mod pixels;
 
-pub use args::{RenderArgs, SimdName, size, tile_size};
+pub use args::{RenderArgs, SimdName, level_name, size, tile_size};
 
 use std::time::{Duration, Instant};
 
@@ -14,8 +14,8 @@ use cpu_time::ProcessTime;
 use cullet::scene::Images;
 use cullet::transform::MAX_SIDE;
 use cullet::{
-    Camera, Frame, FrameStats, Pass, Passes, Prepared, Region, Renderer, Resolution, Settings,
-    View, Viewport, legend,
+    Camera, Frame, FrameStats, Pass, Passes, Prepared, Region, Renderer, RendererKind, Resolution,
+    Settings, View, Viewport, legend,
 };
 use serde_json::{Value, json};
 
@@ -380,7 +380,11 @@ fn settings_json(
         "texture_arithmetic": name(&args.texture_arithmetic),
         "division": name(&args.division),
         "srgb": name(&args.srgb),
-        "aa": name_of(settings.antialias, Antialiasing::setting),
+        // The ray caster takes one sample, whatever is asked for.
+        "aa": match settings.renderer {
+            RendererKind::Raster => name_of(settings.antialias, Antialiasing::setting),
+            RendererKind::Raycast { .. } => name(&Antialiasing::None),
+        },
         "accumulate": settings.accumulate,
         "resolution": name_of(settings.resolution, ResolutionName::setting),
         "shading_rate": name(&args.shading_rate).and_then(|rate| rate.parse::<u32>().ok()),
@@ -393,7 +397,9 @@ fn settings_json(
         "cull": name(&args.cull),
         "hierarchy": name(&args.hierarchy),
         "min_size": args.min_size,
-        "simd": name(&args.simd),
+        "occlusion": name(&args.occlusion),
+        "tile_size": args.tile_size,
+        "simd": level_name(settings.simd),
         "threads": args.threads,
         "renderer": name(&args.renderer),
         "raycast_geometry": name(&args.raycast_geometry),

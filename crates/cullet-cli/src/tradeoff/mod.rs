@@ -86,7 +86,7 @@ pub struct TradeoffArgs {
     camera: Option<String>,
     /// Worker threads of what is timed, 0 for one per core. One gives the steadiest figures: its
     /// processor time, which other programs do not add to. More are timed by the wall
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true)]
     #[arg(value_parser = clap::value_parser!(u16).range(0..=1024))]
     threads: u16,
     #[command(flatten)]

@@ -33,6 +33,7 @@ pub struct VerifyArgs {
     scenes: Vec<String>,
     /// Numbers of threads to draw with; 0 means one per core
     #[arg(long, value_name = "N,…", value_delimiter = ',', default_value = "1,3")]
+    #[arg(allow_negative_numbers = true)]
     #[arg(value_parser = clap::value_parser!(u16).range(0..=1024))]
     threads: Vec<u16>,
     /// Instruction sets to draw with, or `all` that this machine has

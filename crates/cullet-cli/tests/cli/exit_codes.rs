@@ -30,6 +30,7 @@ fn wrong_usage_is_2() {
     folder.fails(2, "--time", &format!("{SMALL} -o x.png --time 1"));
     folder.fails(2, "direction", &format!("{SMALL} -o x.png --sun 0,0,0"));
     folder.fails(2, "ambient", &format!("{SMALL} -o x.png --ambient -1"));
+    folder.fails(2, "0..=1024", &format!("{SMALL} -o x.png --threads -1"));
     folder.fails(2, "1..=65535", &format!("{SMALL} -o x.png --frames 0"));
     folder.fails(2, "--region", &format!("{SMALL} -o x.png --region 10,0,7,2"));
     folder.fails(2, "--bits", &format!("{SMALL} -o x.jpg --bits 16"));
@@ -127,7 +128,7 @@ fn outputs_that_cannot_be_written_are_6() {
     let mut permissions = std::fs::metadata(folder.path("locked.png")).unwrap().permissions();
     permissions.set_readonly(true);
     std::fs::set_permissions(folder.path("locked.png"), permissions).unwrap();
-    folder.fails(6, "none/x.png", &format!("{SMALL} -o none/x.png"));
+    folder.fails(6, "no folder `none`", &format!("{SMALL} -o none/x.png"));
     std::fs::create_dir(folder.path("d")).unwrap();
     folder.fails(6, "is a folder", &format!("{SMALL} -o d"));
     std::fs::remove_dir(folder.path("d")).unwrap();

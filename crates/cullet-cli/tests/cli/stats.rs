@@ -41,6 +41,27 @@ fn every_key_of_the_contract_is_there() {
 }
 
 #[test]
+fn settings_are_all_options_in_effect() {
+    let folder = Folder::new();
+    let help = String::from_utf8(folder.ok("render --help").stdout).unwrap();
+    let options = help.lines().filter_map(|line| line.trim_start().strip_prefix("--"));
+    let options: Vec<String> = options
+        .map(|line| line.split(|c: char| !c.is_alphanumeric() && c != '-').next().unwrap())
+        .map(|name| name.replace('-', "_"))
+        .collect();
+    assert!(options.len() > 40, "{help}");
+    folder.ok("render synth:sphere:8 --size 8x8 -o x.png --stats s.json --threads 1");
+    let settings = folder.json("s.json")["settings"].clone();
+    for option in options.iter().filter(|option| *option != "help") {
+        assert!(settings.get(option).is_some(), "{option}: {settings}");
+    }
+    assert_ne!(settings["simd"], "auto");
+    assert_eq!(settings["aa"], "msaa4");
+    folder.ok("render synth:sphere:8 --size 8x8 -o x.png --stats s.json --renderer raycast");
+    assert_eq!(folder.json("s.json")["settings"]["aa"], "none");
+}
+
+#[test]
 fn the_camera_in_the_settings_draws_the_same_picture() {
     let folder = Folder::new();
     folder.ok("render synth:knots --size 48x32 -o x.png --stats s.json");
