@@ -1,21 +1,26 @@
 //! Meshes cut into clusters: triangles that lie together, with vertices and a box of their own.
 //!
 //! A cluster is what is tested against the view and against what has been drawn, and what is
-//! transformed at once. Triangles are put in the order of a Morton curve through their middles
-//! (Morton 1966, "A Computer Oriented Geodetic Data Base") and cut into runs; each keeps its number
-//! in the mesh, by which ties are decided, so the cutting cannot show in a picture.
+//! transformed at once. Triangles are put in the order of a curve that fills space and cut into runs; each keeps
+//! its number in the mesh, by which ties are decided, so the cutting cannot show in a picture.
 
 use cullet_cull::Aabb;
 use cullet_raster::{MAX_TRIANGLES, MAX_VERTICES};
 use cullet_scene::Mesh;
-use glam::{DVec3, Vec3};
+use glam::Vec3;
+
+use crate::curve::along_curve;
+use crate::schedule::for_each_with;
+
+/// Triangles cut by one thread at a time.
+pub(crate) const PIECE: usize = 1 << 14;
 
 /// The clusters of a mesh.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Clusters {
     list: Vec<Cluster>,
-    /// Model-space coordinates, cluster by cluster in whole groups of eight.
-    positions: [Vec<f32>; 3],
+    /// Model-space coordinates by part of the mesh, cluster by cluster in whole groups of eight.
+    positions: Vec<[Vec<f32>; 3]>,
     /// Corners by triangle, indices into the vertices of its cluster; the last is 0.
     corners: Vec<[u8; 4]>,
     /// Number of each triangle in the mesh.
@@ -27,6 +32,7 @@ pub(crate) struct Clusters {
 /// Where the parts of a cluster are, and the box around it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Cluster {
+    part: u32,
     first_vertex: u32,
     n_vertices: u32,
     first_triangle: u32,
@@ -36,65 +42,30 @@ pub(crate) struct Cluster {
 }
 
 impl Clusters {
-    /// Cuts a mesh. Triangles with a corner that is not finite are left out.
-    pub fn new(mesh: &Mesh) -> Self {
-        let corner = |i: u32| mesh.positions[i as usize];
-        let finite = |t: &[u32; 3]| t.iter().all(|&i| corner(i).is_finite());
-        let drawable = (0u32..).zip(&mesh.triangles).filter(|(_, t)| finite(t));
-        let mut order: Vec<u64> = drawable.map(|(id, _)| u64::from(id)).collect();
-        if order.len() > MAX_TRIANGLES {
-            sort_by_place(mesh, &mut order);
+    /// Cuts a mesh on `threads` threads, which do not show. Triangles with a corner that is not finite are left out.
+    pub fn new(mesh: &Mesh, threads: usize) -> Self {
+        let ids = along_curve(mesh, threads);
+        let mut corners = vec![[0; 4]; ids.len()];
+        let mut parts = vec![Part::default(); ids.len().div_ceil(PIECE)];
+        let mut places = vec![Places::default(); threads.clamp(1, parts.len().max(1))];
+        let jobs = parts.iter_mut().zip(ids.chunks(PIECE)).zip(corners.chunks_mut(PIECE));
+        for_each_with(&mut places, jobs.enumerate(), |places, (i, ((part, ids), corners))| {
+            part.number = i as u32;
+            part.cut(mesh, ids, corners, places);
+        });
+        let n_not_finite = (mesh.triangles.len() - ids.len()) as u64;
+        let mut out = Clusters { ids, corners, n_not_finite, ..Clusters::default() };
+        for part in parts {
+            out.list.extend(part.list);
+            out.positions.push(part.positions);
         }
-        let mut out = Clusters {
-            n_not_finite: (mesh.triangles.len() - order.len()) as u64,
-            ids: Vec::with_capacity(order.len()),
-            corners: Vec::with_capacity(order.len()),
-            ..Clusters::default()
-        };
-        // Per vertex of the mesh: the cluster it is in last, and its index there.
-        let mut place = vec![(u32::MAX, 0u8); mesh.positions.len()];
-        let mut open = Open::default();
-        for id in order.into_iter().map(|entry| entry as u32) {
-            let triangle = mesh.triangles[id as usize];
-            let number = out.list.len() as u32;
-            let n_new = triangle.iter().filter(|&&i| place[i as usize].0 != number).count();
-            if open.n_triangles == MAX_TRIANGLES || open.vertices.len() + n_new > MAX_VERTICES {
-                out.close(&mut open);
-            }
-            let number = out.list.len() as u32;
-            let corners = triangle.map(|i| {
-                let slot = &mut place[i as usize];
-                if slot.0 != number {
-                    *slot = (number, open.vertices.len() as u8);
-                    open.vertices.push(corner(i));
-                }
-                slot.1
-            });
-            open.n_triangles += 1;
-            out.corners.push([corners[0], corners[1], corners[2], 0]);
-            out.ids.push(id);
-        }
-        out.close(&mut open);
         out
     }
 
-    /// Ends a cluster.
-    fn close(&mut self, open: &mut Open) {
-        let Some(&last) = open.vertices.last() else { return };
-        let bounds = Aabb::from_points(open.vertices.iter().map(|p| p.as_dvec3()));
-        open.vertices.resize(open.vertices.len().next_multiple_of(8), last);
-        self.list.push(Cluster {
-            first_vertex: self.positions[0].len() as u32,
-            n_vertices: open.vertices.len() as u32,
-            first_triangle: (self.ids.len() - open.n_triangles) as u32,
-            n_triangles: open.n_triangles as u32,
-            bounds,
-        });
-        for (axis, list) in self.positions.iter_mut().enumerate() {
-            list.extend(open.vertices.iter().map(|p| p[axis]));
-        }
-        open.vertices.clear();
-        open.n_triangles = 0;
+    /// The box around all triangles of which every corner is a number: what can be drawn. Neither points that no
+    /// triangle uses nor triangles that will be dropped may change where a camera stands.
+    pub fn bounds(&self) -> Aabb {
+        self.list.iter().fold(Aabb::EMPTY, |all, cluster| all.union(&cluster.bounds))
     }
 
     /// All clusters.
@@ -116,7 +87,7 @@ impl Clusters {
         let vertices = vertices.start..vertices.start + cluster.n_vertices as usize;
         let triangles = cluster.first_triangle as usize..;
         let triangles = triangles.start..triangles.start + cluster.n_triangles as usize;
-        let [x, y, z] = &self.positions;
+        let [x, y, z] = &self.positions[cluster.part as usize];
         cullet_raster::Cluster {
             positions: [&x[vertices.clone()], &y[vertices.clone()], &z[vertices]],
             corners: &self.corners[triangles.clone()],
@@ -125,38 +96,94 @@ impl Clusters {
     }
 }
 
+/// So many triangles of a mesh, which one thread cuts.
+#[derive(Clone, Default)]
+struct Part {
+    number: u32,
+    list: Vec<Cluster>,
+    positions: [Vec<f32>; 3],
+    open: Open,
+}
+
+/// Where the vertices of a mesh are in the clusters of a thread.
+#[derive(Clone, Default)]
+struct Places {
+    /// By vertex: in the upper bits a number of the cluster that it is in last, in the lower eight its index there.
+    of: Vec<u32>,
+    next_number: u32,
+}
+
+impl Places {
+    /// The list for another part of the mesh, and the first number for its clusters, which no other has had since the
+    /// list was emptied. A cluster has a triangle at least, so there are numbers for all.
+    fn for_part(&mut self, mesh: &Mesh) -> (&mut [u32], u32) {
+        let n = PIECE as u32;
+        if self.next_number + n > u32::MAX >> 8 {
+            (self.of, self.next_number) = (Vec::new(), 0);
+        }
+        self.of.resize(mesh.positions.len(), u32::MAX);
+        self.next_number += n;
+        (&mut self.of, self.next_number - n)
+    }
+}
+
 /// A cluster that takes more.
-#[derive(Default)]
+#[derive(Clone, Default)]
 struct Open {
     vertices: Vec<Vec3>,
-    n_triangles: usize,
+    first_triangle: u32,
+    n_triangles: u32,
 }
 
-/// Sorts triangles, given by number, along the curve; the keys take the upper halves.
-fn sort_by_place(mesh: &Mesh, order: &mut [u64]) {
-    let middle = |id: u64| {
-        let corners = mesh.triangles[id as usize].map(|i| mesh.positions[i as usize].as_dvec3());
-        (corners[0] + corners[1] + corners[2]) / 3.0
-    };
-    let bounds = Aabb::from_points(order.iter().map(|&id| middle(id)));
-    let size = bounds.max - bounds.min;
-    let scale = DVec3::splat(1023.0 / size.max_element().max(f64::MIN_POSITIVE));
-    for entry in order.iter_mut() {
-        // Within 0..1024 but for NaN of an overflow, which becomes 0: any order will do.
-        let cell = (middle(*entry) - bounds.min) * scale;
-        let key = spread(cell.x as u32) | spread(cell.y as u32) << 1 | spread(cell.z as u32) << 2;
-        *entry |= u64::from(key) << 32;
+impl Part {
+    /// Cuts the triangles `ids` and fills `corners`.
+    fn cut(&mut self, mesh: &Mesh, ids: &[u32], corners: &mut [[u8; 4]], places: &mut Places) {
+        let (places, first_number) = places.for_part(mesh);
+        self.open.first_triangle = self.number * PIECE as u32;
+        for (id, corners) in ids.iter().zip(corners) {
+            let triangle = mesh.triangles[*id as usize];
+            let mut number = first_number + self.list.len() as u32;
+            let n_new = triangle.iter().filter(|i| places[**i as usize] >> 8 != number).count();
+            if self.open.n_triangles as usize == MAX_TRIANGLES
+                || self.open.vertices.len() + n_new > MAX_VERTICES
+            {
+                self.close();
+                number += 1;
+            }
+            for (corner, i) in corners.iter_mut().zip(triangle) {
+                let place = &mut places[i as usize];
+                if *place >> 8 != number {
+                    *place = number << 8 | self.open.vertices.len() as u32;
+                    self.open.vertices.push(mesh.positions[i as usize]);
+                }
+                *corner = *place as u8;
+            }
+            self.open.n_triangles += 1;
+        }
+        self.close();
     }
-    order.sort_unstable();
-}
 
-/// Ten bits with two zeros between any two.
-fn spread(bits: u32) -> u32 {
-    let bits = bits & 0x3ff;
-    let bits = (bits | bits << 16) & 0x0300_00ff;
-    let bits = (bits | bits << 8) & 0x0300_f00f;
-    let bits = (bits | bits << 4) & 0x030c_30c3;
-    (bits | bits << 2) & 0x0924_9249
+    /// Ends a cluster.
+    fn close(&mut self) {
+        let Open { vertices, first_triangle, n_triangles } = &mut self.open;
+        let Some(&last) = vertices.last() else { return };
+        let bounds = Aabb::from_points(vertices.iter().map(|p| p.as_dvec3()));
+        vertices.resize(vertices.len().next_multiple_of(8), last);
+        self.list.push(Cluster {
+            part: self.number,
+            first_vertex: self.positions[0].len() as u32,
+            n_vertices: vertices.len() as u32,
+            first_triangle: *first_triangle,
+            n_triangles: *n_triangles,
+            bounds,
+        });
+        for (axis, list) in self.positions.iter_mut().enumerate() {
+            list.extend(vertices.iter().map(|p| p[axis]));
+        }
+        vertices.clear();
+        *first_triangle += *n_triangles;
+        *n_triangles = 0;
+    }
 }
 
 #[cfg(test)]
@@ -165,7 +192,7 @@ mod tests {
 
     #[track_caller]
     fn check(mesh: &Mesh) {
-        let clusters = Clusters::new(mesh);
+        let clusters = Clusters::new(mesh, 1);
         let mut seen = vec![0; mesh.triangles.len()];
         for (i, cluster) in clusters.list().iter().enumerate() {
             let geometry = clusters.geometry(i);
@@ -204,6 +231,19 @@ mod tests {
     }
 
     #[test]
+    fn threads_do_not_show() {
+        let scene = cullet_scene::synth::synth("sphere:400").unwrap();
+        let mesh = &scene.meshes[0];
+        assert!(mesh.triangles.len() > 3 * PIECE);
+        check(mesh);
+        let one = Clusters::new(mesh, 1);
+        for threads in [2, 5] {
+            let other = Clusters::new(mesh, threads);
+            assert_eq!(format!("{one:?}"), format!("{other:?}"));
+        }
+    }
+
+    #[test]
     fn clusters_of_a_grid_are_compact() {
         let n = 64u32;
         let at = |x: u32, y: u32| Vec3::new(x as f32, y as f32, 0.0);
@@ -212,7 +252,7 @@ mod tests {
         let triangles = quads.flat_map(|a| [[a, a + 1, a + n + 2], [a, a + n + 2, a + n + 1]]);
         let mesh = Mesh { positions, triangles: triangles.collect(), ..Mesh::default() };
         check(&mesh);
-        let clusters = Clusters::new(&mesh);
+        let clusters = Clusters::new(&mesh, 1);
         assert!(clusters.list().len() <= 70);
         let size = |c: &Cluster| (c.bounds.max - c.bounds.min).max_element();
         let wide = clusters.list().iter().filter(|c| size(c) > 20.0).count();

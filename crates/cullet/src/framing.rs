@@ -5,10 +5,12 @@
 //! camera axes. Over all points only the extreme one per border matters, so the closest eye that
 //! sees everything follows from four maxima: no search, and no sphere around the scene.
 
+use std::cmp::Ordering;
+
 use cullet_cull::Aabb;
 use cullet_raster::Facing;
 use cullet_transform::{Camera, Projection};
-use glam::DVec3;
+use glam::{DAffine3, DVec3, Vec3};
 
 use crate::prepared::drawable;
 use crate::{Item, Prepared};
@@ -96,29 +98,99 @@ pub fn frame_direction(prepared: &Prepared, aspect: f64, direction: DVec3) -> Ca
     looking(eye, near).unwrap_or_else(|_| default())
 }
 
-/// The largest dot product of any drawn vertex (relative to `origin`) with each normal. Objects
-/// whose box cannot beat what is known are not looked into.
+/// The largest dot product of any drawn vertex (relative to `origin`) with each normal. Objects and clusters
+/// whose boxes cannot beat what is known are not looked into.
 fn extremes(prepared: &Prepared, origin: DVec3, normals: [DVec3; 5]) -> [f64; 5] {
     let mut largest = [f64::NEG_INFINITY; 5];
-    for item in prepared.items() {
-        let bounds: &Aabb = &item.bounds;
-        let may_win = (0..5).any(|i| {
-            let reach = (bounds.farthest_along(normals[i]) - origin).dot(normals[i]);
-            // Anything but a sure loss: NaN too.
-            !matches!(reach.partial_cmp(&largest[i]), Some(std::cmp::Ordering::Less))
+    for (i, item) in prepared.items().iter().enumerate() {
+        let Item { bounds, world_from_model, .. } = item;
+        let may_win = normals.iter().zip(&largest).any(|(normal, largest)| {
+            may_exceed((bounds.farthest_along(*normal) - origin).dot(*normal), *largest)
         });
         if !may_win {
             continue;
         }
-        for point in drawable(prepared.mesh(item)).flatten() {
-            let point = item.world_from_model.transform_point3(point.as_dvec3()) - origin;
-            for (largest, normal) in largest.iter_mut().zip(&normals) {
-                let reach = point.dot(*normal);
-                if reach > *largest {
-                    *largest = reach;
+        let clusters = prepared.clusters(i);
+        for (j, cluster) in clusters.list().iter().enumerate() {
+            let may_win = normals.iter().zip(&largest).any(|(normal, largest)| {
+                may_exceed(reach(world_from_model, &cluster.bounds, origin, *normal), *largest)
+            });
+            if !may_win {
+                continue;
+            }
+            let [x, y, z] = clusters.geometry(j).positions;
+            for ((x, y), z) in x.iter().zip(y).zip(z) {
+                let point = Vec3::new(*x, *y, *z).as_dvec3();
+                let point = world_from_model.transform_point3(point) - origin;
+                for (largest, normal) in largest.iter_mut().zip(&normals) {
+                    let reach = point.dot(*normal);
+                    if reach > *largest {
+                        *largest = reach;
+                    }
                 }
             }
         }
     }
     largest
+}
+
+/// At least the largest dot product of a point of a box in model space (relative to `origin`) with a normal.
+fn reach(world_from_model: &DAffine3, bounds: &Aabb, origin: DVec3, normal: DVec3) -> f64 {
+    let DAffine3 { matrix3, translation } = world_from_model;
+    let corner = bounds.farthest_along(matrix3.transpose() * normal);
+    let reach = (world_from_model.transform_point3(corner) - origin).dot(normal);
+    // Far more than all roundings together, here and of the points.
+    let terms = matrix3.abs() * bounds.min.abs().max(bounds.max.abs()) + translation.abs();
+    reach + 1e-12 * (terms + origin.abs()).dot(normal.abs())
+}
+
+/// Anything but a sure loss: NaN too.
+fn may_exceed(reach: f64, largest: f64) -> bool {
+    !matches!(reach.partial_cmp(&largest), Some(Ordering::Less))
+}
+
+#[cfg(test)]
+mod tests {
+    use cullet_scene::synth::synth;
+    use glam::DAffine3;
+
+    use super::*;
+
+    /// [`extremes`] of every corner of every triangle.
+    fn plainly(prepared: &Prepared, origin: DVec3, normals: [DVec3; 5]) -> [f64; 5] {
+        normals.map(|normal| {
+            let corners = prepared.items().iter().flat_map(|item| {
+                drawable(prepared.mesh(item)).flatten().map(|corner| {
+                    item.world_from_model.transform_point3(corner.as_dvec3()) - origin
+                })
+            });
+            corners.map(|point| point.dot(normal)).fold(f64::NEG_INFINITY, f64::max)
+        })
+    }
+
+    #[test]
+    fn boxes_that_cannot_win_hide_nothing() {
+        let away = DAffine3::from_translation(DVec3::new(1e9, -3e8, 1e7));
+        let turned =
+            DAffine3::from_rotation_y(0.3) * DAffine3::from_scale(DVec3::new(-2.0, 0.1, 7.0));
+        for name in ["showpiece", "city", "knots", "masks", "sphere:100", "extreme:not-a-number"] {
+            let scene = synth(name).unwrap();
+            for place in [DAffine3::IDENTITY, away, turned, away * turned] {
+                let mut scene = scene.clone();
+                for object in &mut scene.objects {
+                    object.world_from_model = place * object.world_from_model;
+                }
+                let prepared = Prepared::new(scene).unwrap();
+                for origin in [prepared.bounds().center(), DVec3::ZERO, DVec3::new(-1e6, 5.0, 0.0)]
+                {
+                    for direction in [DEFAULT_DIRECTION, DVec3::X, DVec3::NEG_ONE] {
+                        let side = direction.any_orthogonal_vector();
+                        let normals = [direction, side, -side, side + direction, DVec3::Z];
+                        let own = extremes(&prepared, origin, normals);
+                        assert_eq!(own, plainly(&prepared, origin, normals), "{name} {place:?}");
+                    }
+                }
+            }
+        }
+    }
 }

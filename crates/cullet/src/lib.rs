@@ -26,6 +26,7 @@ mod cameras;
 mod clusters;
 mod coarse;
 mod culling;
+mod curve;
 mod cutouts;
 mod draws;
 mod frame;

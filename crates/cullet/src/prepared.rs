@@ -11,7 +11,7 @@ use cullet_shade::{Mips, Surface, Texture, srgb};
 use glam::Vec3;
 
 use crate::Item;
-use crate::clusters::Clusters;
+use crate::clusters::{Clusters, PIECE};
 use crate::schedule::{for_each, thread_count};
 
 /// Numbers of triangles, and two that mean something else, fit into 31 bits, so that no sum of two of them
@@ -61,7 +61,8 @@ impl Prepared {
         if n_triangles > u64::from(MAX_TRIANGLES) {
             return Err(PrepareError::TooManyTriangles { scene: scene.name, n_triangles });
         }
-        let bounds: Vec<Aabb> = scene.meshes.iter().map(mesh_bounds).collect();
+        let clusters = clusters(&scene.meshes, thread_count(threads));
+        let bounds: Vec<Aabb> = clusters.iter().map(Clusters::bounds).collect();
         let mut first_triangle = 0;
         let items = scene.objects.iter().map(|object| {
             let mesh = &scene.meshes[object.mesh];
@@ -79,7 +80,6 @@ impl Prepared {
         let pyramid_time = start.elapsed();
         srgb::encode8(0.0); // its table is made at the first use, which no frame should pay for
         let hierarchy = Hierarchy::build(&boxes);
-        let clusters = clusters(&scene.meshes, thread_count(threads));
         Ok(Prepared {
             scene,
             textures,
@@ -161,17 +161,13 @@ pub(crate) fn drawable(mesh: &Mesh) -> impl Iterator<Item = [Vec3; 3]> {
     corners.filter(|corners| corners.iter().all(|p| p.is_finite()))
 }
 
-/// The box of what can be drawn: neither points that no triangle uses nor triangles that will be
-/// dropped may change where a camera stands.
-fn mesh_bounds(mesh: &Mesh) -> Aabb {
-    Aabb::from_points(drawable(mesh).flatten().map(|p| p.as_dvec3()))
-}
-
-/// Cuts every mesh, on all cores.
+/// Cuts every mesh on all cores: small ones side by side, a large one by itself.
 fn clusters(meshes: &[Mesh], threads: usize) -> Vec<Clusters> {
     let mut clusters = vec![Clusters::default(); meshes.len()];
     let jobs = clusters.iter_mut().zip(meshes);
-    for_each(threads, jobs, |(clusters, mesh)| *clusters = Clusters::new(mesh));
+    let (large, small): (Vec<_>, Vec<_>) = jobs.partition(|(_, mesh)| mesh.triangles.len() > PIECE);
+    for_each(threads, small.into_iter(), |(clusters, mesh)| *clusters = Clusters::new(mesh, 1));
+    large.into_iter().for_each(|(clusters, mesh)| *clusters = Clusters::new(mesh, threads));
     clusters
 }
 
