@@ -13,7 +13,7 @@ use crate::curve::along_curve;
 use crate::schedule::for_each_with;
 
 /// Triangles cut by one thread at a time.
-pub(crate) const PIECE: usize = 1 << 14;
+const PIECE: usize = 1 << 14;
 
 /// The clusters of a mesh.
 #[derive(Clone, Debug, Default)]

@@ -46,6 +46,16 @@ pub struct Frame {
     pub triangle: Vec<u32>,
 }
 
+/// Makes a list so long, filled with anything. New memory of zeros comes from the system as it is written to, by the
+/// threads that do so, and not before.
+fn set_len<T: Clone>(list: &mut Vec<T>, len: usize, value: T) {
+    if list.capacity() < len {
+        *list = vec![value; len];
+    } else {
+        list.resize(len, value);
+    }
+}
+
 impl Frame {
     /// Number of pixels.
     pub fn len(&self) -> usize {
@@ -65,15 +75,15 @@ impl Frame {
         let (normal, albedo, uv) = (len(Pass::Normal), len(Pass::Albedo), len(Pass::Uv));
         let (position, id) = (len(Pass::Position), len(Pass::Id));
         let triangle = len(Pass::Triangle);
-        self.rgba8.resize(rgba8, [0; 4]);
-        self.linear.resize(linear, Vec4::ZERO);
-        self.depth.resize(depth, f32::INFINITY);
-        self.normal.resize(normal, Vec3::ZERO);
-        self.albedo.resize(albedo, Vec4::ZERO);
-        self.uv.resize(uv, Vec2::ZERO);
-        self.position.resize(position, Vec3::ZERO);
-        self.id.resize(id, 0);
-        self.triangle.resize(triangle, 0);
+        set_len(&mut self.rgba8, rgba8, [0; 4]);
+        set_len(&mut self.linear, linear, Vec4::ZERO);
+        set_len(&mut self.depth, depth, f32::INFINITY);
+        set_len(&mut self.normal, normal, Vec3::ZERO);
+        set_len(&mut self.albedo, albedo, Vec4::ZERO);
+        set_len(&mut self.uv, uv, Vec2::ZERO);
+        set_len(&mut self.position, position, Vec3::ZERO);
+        set_len(&mut self.id, id, 0);
+        set_len(&mut self.triangle, triangle, 0);
     }
 
     /// Empties the pictures of `colors` and gives them their size; data stays as it is.

@@ -11,12 +11,15 @@ use cullet_shade::{Mips, Surface, Texture, srgb};
 use glam::Vec3;
 
 use crate::Item;
-use crate::clusters::{Clusters, PIECE};
+use crate::clusters::Clusters;
 use crate::schedule::{for_each, thread_count};
 
 /// Numbers of triangles, and two that mean something else, fit into 31 bits, so that no sum of two of them
 /// overflows.
 const MAX_TRIANGLES: u32 = (1 << 31) - 2;
+
+/// Meshes of more triangles keep several threads busy.
+const LARGE: usize = 1 << 17;
 
 /// Why a scene cannot be prepared.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -161,13 +164,16 @@ pub(crate) fn drawable(mesh: &Mesh) -> impl Iterator<Item = [Vec3; 3]> {
     corners.filter(|corners| corners.iter().all(|p| p.is_finite()))
 }
 
-/// Cuts every mesh on all cores: small ones side by side, a large one by itself.
+/// Cuts every mesh on all cores: the largest by themselves, then others side by side, larger ones first.
 fn clusters(meshes: &[Mesh], threads: usize) -> Vec<Clusters> {
+    let n_triangles = |mesh: &Mesh| mesh.triangles.len();
     let mut clusters = vec![Clusters::default(); meshes.len()];
-    let jobs = clusters.iter_mut().zip(meshes);
-    let (large, small): (Vec<_>, Vec<_>) = jobs.partition(|(_, mesh)| mesh.triangles.len() > PIECE);
-    for_each(threads, small.into_iter(), |(clusters, mesh)| *clusters = Clusters::new(mesh, 1));
-    large.into_iter().for_each(|(clusters, mesh)| *clusters = Clusters::new(mesh, threads));
+    let mut jobs: Vec<_> = clusters.iter_mut().zip(meshes).collect();
+    jobs.sort_by_key(|(_, mesh)| Reverse(n_triangles(mesh)));
+    let n_large = jobs.partition_point(|(_, mesh)| n_triangles(mesh) > LARGE);
+    let others = jobs.split_off(n_large);
+    jobs.into_iter().for_each(|(clusters, mesh)| *clusters = Clusters::new(mesh, threads));
+    for_each(threads, others.into_iter(), |(clusters, mesh)| *clusters = Clusters::new(mesh, 1));
     clusters
 }
 

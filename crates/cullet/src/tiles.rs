@@ -56,43 +56,64 @@ impl RasterScratch {
 /// Clusters assembled last, for a cluster is mostly drawn into several tiles near each other.
 #[derive(Debug, Default)]
 struct Assemblies {
-    slots: Vec<Assembly>,
-    /// By slot, whose assembly it holds, or `NOBODY`.
-    places: Vec<u32>,
+    /// As many as have been wanted so far: the first frame of a small scene should not wait for more memory than it needs.
+    made: Vec<Assembly>,
+    slots: Vec<Slot>,
+    /// How many of them are used.
+    n: usize,
+}
+
+/// Where assemblies are looked for.
+#[derive(Clone, Copy, Debug)]
+struct Slot {
+    /// Whose assembly it holds, or `NOBODY`.
+    place: u32,
+    /// Its number among those made, or `NONE`.
+    assembly: u32,
+}
+
+impl Slot {
+    const EMPTY: Slot = Slot { place: NOBODY, assembly: NONE };
 }
 
 /// Most assemblies kept by a thread.
 const SLOTS: usize = 512;
 
 const NOBODY: u32 = u32::MAX;
+const NONE: u32 = u32::MAX;
 
 /// So many clusters before its turn one is sent for: most are hidden, and take no longer than memory does.
 const AHEAD: usize = 8;
 
 impl Assemblies {
-    /// Forgets the frame before; there will be up to `n` clusters.
+    /// Forgets the frame before; there will be up to `n` clusters. Slots keep their assemblies, so that a frame like
+    /// the one before finds memory of the size that it needs.
     fn begin(&mut self, n: usize) {
-        let n = n.clamp(1, SLOTS);
-        if self.slots.len() < n {
-            self.slots.resize_with(n, Assembly::default);
+        self.n = n.clamp(1, SLOTS);
+        self.slots.iter_mut().for_each(|slot| slot.place = NOBODY);
+        if self.slots.len() < self.n {
+            self.slots.resize(self.n, Slot::EMPTY);
+            self.made.reserve(self.n - self.made.len());
         }
-        self.places.clear();
-        self.places.resize(n, NOBODY);
     }
 
     /// The assembly of the cluster with number `place`, made by `assemble` if need be.
     fn of(&mut self, place: u32, assemble: impl FnOnce(&mut Assembly)) -> &Assembly {
-        let slot = place as usize % self.places.len();
-        if self.places[slot] != place {
-            self.places[slot] = place;
-            assemble(&mut self.slots[slot]);
+        let slot = &mut self.slots[place as usize % self.n];
+        if slot.place != place {
+            if slot.assembly == NONE {
+                slot.assembly = self.made.len() as u32;
+                self.made.push(Assembly::default());
+            }
+            slot.place = place;
+            assemble(&mut self.made[slot.assembly as usize]);
         }
-        &self.slots[slot]
+        &self.made[slot.assembly as usize]
     }
 
     fn bytes(&self) -> usize {
-        let more: usize = self.slots.iter().map(Assembly::bytes).sum();
-        size_of_val(&self.slots[..]) + size_of_val(&self.places[..]) + more
+        let more: usize = self.made.iter().map(Assembly::bytes).sum();
+        size_of_val(&self.made[..]) + size_of_val(&self.slots[..]) + more
     }
 }
 
