@@ -44,7 +44,7 @@ pub struct Around {
     pub load_times: LoadTimes,
     /// Boxes, texture pyramids, kernels.
     pub prepare: Duration,
-    /// The part of it that the texture pyramids take.
+    /// The part of it that the texture pyramids take, all threads together.
     pub pyramids: Duration,
     /// Samples to file bytes, all pictures.
     pub encode: Duration,
@@ -87,15 +87,14 @@ struct Stages {
     encode: f64,
 }
 
-/// What stages consist of. Those of loading are done side by side, and their times are of all
-/// threads together.
+/// What stages consist of. Parts are done side by side, and their times are of all threads together.
 #[derive(Debug, Serialize)]
 struct Parts {
     /// Of `load`: vertices and triangles.
     geometry: f64,
     /// Of `load`: pixels of images.
     images: f64,
-    /// Of `prepare`: smaller copies of images. Wall time.
+    /// Of `prepare`: smaller copies of images.
     pyramids: f64,
 }
 

@@ -38,6 +38,7 @@ mod multisample;
 mod occluders;
 mod passes;
 mod prepared;
+mod preparing;
 mod raycast;
 mod renderer;
 mod resolution;
