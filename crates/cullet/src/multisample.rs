@@ -335,8 +335,8 @@ impl TileShader<'_> {
             Samples::Four => scratch.rows::<_, 4>(simd, tile, rect, place, out.stride),
             Samples::Eight => scratch.rows::<_, 8>(simd, tile, rect, place, out.stride),
         });
-        let n_whole = self.blocks(rect, &scratch.whole, width, out);
         let Counts { edges: n_edges, wanted: n_wanted } = scratch.n;
+        let n_whole = self.blocks(rect, &scratch.whole, width, n_edges, out);
         if scratch.colors.len() < n_wanted {
             scratch.colors.resize(n_wanted, Vec4::ZERO);
         }

@@ -171,7 +171,7 @@ impl<'a> TileShader<'a> {
         let (ids, stride) = raster.buffer.ids_from(place);
         let mut n_pixels = 0;
         if passes.needs_color() {
-            n_pixels = self.blocks(rect, ids, stride, out);
+            n_pixels = self.blocks(rect, ids, stride, 0, out);
             encode_linear(self.scene.settings, rect, out);
         }
         let data = passes.data();
@@ -243,24 +243,30 @@ impl<'a> TileShader<'a> {
         }
     }
 
-    /// Colours `rect` from ids, background where there are none; see [`TileShader::tile`].
+    /// Colours `rect` from ids, background where there are none; see [`TileShader::tile`]. `n_others` pixels show no id
+    /// here, and need no background: they will have other colours.
     pub(crate) fn blocks(
         &mut self,
         rect: Region,
         ids: &[u32],
         stride: usize,
+        n_others: usize,
         out: &mut Target<'_>,
     ) -> u64 {
+        let blocks = blocks(rect);
         let Settings { shading_rate, resolution, .. } = *self.scene.settings;
-        let part = match (shading_rate, resolution) {
-            (ShadingRate::One, Resolution::Adaptive) => Self::adaptive_block,
-            (ShadingRate::One, _) => Self::block,
+        match (shading_rate, resolution) {
+            (ShadingRate::One, Resolution::Adaptive) => {
+                blocks.map(|block| self.adaptive_block(rect, block, ids, stride, out)).sum()
+            }
+            (ShadingRate::One, _) => {
+                blocks.map(|block| self.block(rect, block, ids, stride, n_others, out)).sum()
+            }
             (ShadingRate::Two, _) => {
                 fill_background(self.scene.settings, rect, out);
-                Self::coarse_block
+                blocks.map(|block| self.coarse_block(rect, block, ids, stride, out)).sum()
             }
-        };
-        blocks(rect).map(|block| part(self, rect, block, ids, stride, out)).sum()
+        }
     }
 
     /// Colours the part of `rect` that lies in a block.
@@ -270,6 +276,7 @@ impl<'a> TileShader<'a> {
         block: [u32; 2],
         ids: &[u32],
         stride: usize,
+        n_others: usize,
         out: &mut Target<'_>,
     ) -> u64 {
         let [left, top, right, bottom] = part_in(rect, block);
@@ -288,7 +295,9 @@ impl<'a> TileShader<'a> {
         };
         batch.rectangle(self.scene.settings.simd, &rectangle);
         let n_pixels = batch.n_pixels();
-        if n_pixels < (size[0] * size[1]) as usize {
+        // Where as many are seen as there are pixels without others', nothing is left for the background.
+        let n_own = (rect.width * rect.height) as usize - n_others;
+        if n_pixels < n_own.min((size[0] * size[1]) as usize) {
             fill_background_from(self.scene.settings, size, first, out);
         }
         let mut out = if out.linear.is_empty() {
