@@ -14,8 +14,7 @@ One measurement is one process: load, one frame to warm up, then frames until th
 alternate, pinned to the same cores, Cullet first in even rounds. llvmpipe runs in its best mode: every LP_NUM_THREADS and way of
 submitting that makes sense is tried in the first round, and the best by CPU time (one core) or wall time (two) is kept.
 Every result goes to the results file at once; the table is made from that file, so that parts may be run at different times
-(--parts none only writes the table). Exit code 1: pictures differ by more than FLIP .02, llvmpipe converting exactly
-(benches/against/exact.py has why); as it draws is in the table, too.
+(--parts none only writes the table). Exit code 1: pictures differ by more than FLIP .02; --parts pictures says what keeps them apart.
 """
 import argparse
 import json

@@ -35,35 +35,39 @@ def frames(a, jobs):
 
 
 def compare(a, scene, aa, mode):
-    """The stats of one frame of ours, and how depths of the two agree; for colours see `same_picture`."""
+    """One picture of each; the stats of ours, and how the two agree."""
     with tempfile.TemporaryDirectory() as folder:
-        dump = os.path.join(folder, "dump")
+        theirs, dump = os.path.join(folder, "theirs.png"), os.path.join(folder, "dump")
         ours = os.path.join(folder, "ours.f32" if mode == "depth" else "ours.png")
         stats = runners.cullet(a.cullet, scene.path, scene.camera, aa, mode, 1, 1, ours)
-        if mode != "depth" or aa != "none":
+        if mode == "depth" and aa != "none":
             return stats, {}  # a depth picture of ours is one sample per pixel, theirs the first of four
-        runners.llvmpipe(scene.path, scene.camera, aa, mode, 1, 1, .01, 1, "draws", dump=dump, warmup=0)
-        off = pictures.depth_off(dump, ours, scene.camera)
-        return stats, dict(depth_off=off, agree=off <= pictures.DEPTH_LIMIT)
+        runners.llvmpipe(scene.path, scene.camera, aa, mode, 1, 1, .01, 1, "draws", out=theirs, dump=dump, warmup=0)
+        if mode == "depth":
+            off = pictures.depth_off(dump, ours, scene.camera)
+            return stats, dict(depth_off=off, agree=off <= pictures.DEPTH_LIMIT)
+        flip = pictures.flip(a.cullet, theirs, ours)
+        return stats, dict(flip=flip, agree=flip <= pictures.FLIP_LIMIT)
 
 
 def same_picture(a, jobs):
-    """How far apart Cullet, llvmpipe, and llvmpipe with exact conversions (see `exact`) are."""
+    """What keeps the pictures apart: llvmpipe's with exact conversions (see `exact`), from its own and from Cullet's."""
     for scene in jobs:
         for aa in a.aa:
+            row = dict(scene=scene.name, aa=aa, mode="shaded")
             with tempfile.TemporaryDirectory() as folder:
                 ours, theirs, exactly = (os.path.join(folder, name) for name in ("ours.png", "theirs.png", "exact.ppm"))
                 try:
                     runners.cullet(a.cullet, scene.path, scene.camera, aa, "shaded", 2, 1, ours)
                 except runners.NotThere:
-                    yield dict(scene=scene.name, aa=aa, missing=True)
+                    yield dict(row, missing=True)
                     continue
                 runners.llvmpipe(scene.path, scene.camera, aa, "shaded", 2, 1, .01, 2, "draws", out=theirs, warmup=0)
-                exact.picture(a.bench, scene.path, scene.camera, aa, exactly)
-                flip = pictures.flip(a.cullet, exactly, ours)
-                yield dict(
-                    scene=scene.name, aa=aa, mode="shaded", flip=flip, as_is=pictures.flip(a.cullet, theirs, ours),
-                    own=pictures.flip(a.cullet, theirs, exactly), agree=flip <= pictures.FLIP_LIMIT)
+                row["as_is"] = pictures.flip(a.cullet, theirs, ours)
+                for levels in exact.LEVELS:
+                    exact.picture(a.bench, scene.path, scene.camera, aa, levels, exactly)
+                    row[levels] = dict(own=pictures.flip(a.cullet, theirs, exactly), ours=pictures.flip(a.cullet, exactly, ours))
+            yield row
 
 
 def in_turn(a, scene, aa, mode, cores, guess_ms):

@@ -7,6 +7,7 @@ import subprocess
 import time
 
 import pictures
+from exact import LEVELS
 
 # Least times of parts, ns on one core, measured on their own on the machine of performance.md 2.
 # Depth and coverage of a full 1920x1080 layer with clear: .4 ms; trilinear texels: 3.2 (axis) to 6.6 (90 degrees) per pixel;
@@ -30,11 +31,12 @@ def line(row):
     if row.get("missing"):
         return what + ": not there"
     if row["part"] == "frames":
-        agree = " depth off %.4f" % row["depth_off"] if "depth_off" in row else ""
+        agree = " flip %.4f" % row["flip"] if "flip" in row else " depth off %.4f" % row["depth_off"] if "depth_off" in row else ""
         return "%s: llvmpipe %.2f cullet %.2f ms, x%.2f, cpu x%.2f%s" % (
             what, row["theirs"]["median"], row["ours"]["median"], ratio(row), cpu_ratio(row), agree)
     if row["part"] == "pictures":
-        return "%s: flip %.4f, as it draws %.4f, its own %.4f" % (what, row["flip"], row["as_is"], row["own"])
+        exact = ", ".join("%s: own %.4f, ours %.4f" % (levels, row[levels]["own"], row[levels]["ours"]) for levels in LEVELS)
+        return "%s: flip %.4f; exact, %s" % (what, row["as_is"], exact)
     if row["part"] == "turning":
         return "%s: still %.2f turning %.2f ms, llvmpipe %.2f" % (what, row["still_ms"], row["turning_ms"], row["theirs"])
     if row["part"] == "process":
@@ -78,7 +80,7 @@ def markdown(rows, a):
     counts = {(r["scene"], r["aa"], r["mode"]): r["instructions"] for r in part["instructions"]}
     out = [header(rows, part["frames"], missing)]
     if part["frames"]:
-        out += [still(part["frames"], counts, part["pictures"]), means(part["frames"]), bars(part["frames"]), stages(part["frames"])]
+        out += [still(part["frames"], counts), means(part["frames"]), bars(part["frames"]), stages(part["frames"])]
     if part["pictures"]:
         out.append(same_picture(part["pictures"]))
     if part["turning"]:
@@ -104,28 +106,26 @@ def header(rows, frames, missing):
     return text
 
 
-def still(frames, counts, compared):
+def still(frames, counts):
     text = """## Still camera, 1920x1080
 
 Milliseconds per frame: median, in brackets the least CPU time. `ratio` = median of llvmpipe / median of Cullet, `cpu` = the
 same of the least CPU times, which other work on the machine disturbs less. `limit`: what the parts of this frame (a layer of depth,
 triangles drawn and rejected, pixels shaded, as counted by Cullet) would take by themselves at the speeds that kernels alone
 have reached (%.1f ms, %.1f, %.1f and %.1f ns; taken to scale with cores); `of it` = median of Cullet / limit. Without multisampling only.
-`agree`: mean FLIP of the two pictures (at most %.2f; more of it below), or the share of pixels whose depth differs (at most %.2f).
+`agree`: mean FLIP of the two pictures (at most %.2f), or the share of pixels whose depth differs (at most %.2f).
 
 """ % (LAYER_MS, TRIANGLE_NS, REJECT_NS, TEXEL_NS, pictures.FLIP_LIMIT, pictures.DEPTH_LIMIT)
     head = ["scene", "mode", "aa", "cores", "llvmpipe", "its mode", "Cullet", "ratio", "cpu", "limit", "of it", "M instr.", "agree"]
-    flips = {(r["scene"], r["aa"]): r for r in compared}
     body = []
     for r in frames:
         limit = limit_ms(r) if r["aa"] == "none" else None
         count = counts.get((r["scene"], r["aa"], r["mode"])) if r["cores"] == 1 else None
-        seen = flips.get((r["scene"], r["aa"]), {}) if r["mode"] == "shaded" else r
-        agree = "%.4f" % seen.get("flip", seen.get("depth_off")) if "agree" in seen else "-"
+        agree = "%.4f" % (r["flip"] if "flip" in r else r["depth_off"]) if "agree" in r else "-"
         body.append([r["scene"], r["mode"], r["aa"], r["cores"], cell(r["theirs"]), "LP %d, %s" % (r["lp"], r["submit"]), cell(r["ours"]),
                      "**%.2f**" % ratio(r), "%.2f" % cpu_ratio(r), "%.2f" % limit if limit else "-",
                      "%.1f" % (r["ours"]["median"] / limit) if limit else "-", "%.1f" % (count / 1e6) if count else "-",
-                     agree if seen.get("agree") is not False else agree + " NO"])
+                     agree if r.get("agree") is not False else agree + " NO"])
     return text + table(head, body)
 
 
@@ -184,14 +184,16 @@ def stages(frames):
 def same_picture(rows):
     def marked(flip):
         return "%.4f" % flip if flip <= pictures.FLIP_LIMIT else "**%.4f**" % flip
-    body = [[r["scene"], r["aa"], marked(r["flip"]), marked(r["as_is"]), marked(r["own"])] for r in rows]
-    return ("""## The same picture?
+    body = [[r["scene"], r["aa"], marked(r["as_is"])] + [marked(r[levels][which]) for which in ("own", "ours") for levels in LEVELS] for r in rows]
+    head = ["scene", "aa", "Cullet, as llvmpipe draws"] + ["%s, %s" % (who, levels) for who in ("llvmpipe exact, from itself", "from Cullet") for levels in LEVELS]
+    return ("""## What keeps the pictures apart
 
-Mean FLIP at 1920x1080, at most %.2f asked for; what is above is set in bold. `exact`: between Cullet and llvmpipe drawing into floats from
-textures of floats, so that colours are converted from and to sRGB exactly. `as it draws`: between Cullet and llvmpipe with textures and a
-target of 8-bit sRGB, as it is timed: it converts by approximations then, off by up to a code. `its own`: between those two pictures of llvmpipe.
+Mean FLIP at 1920x1080 (at most %.2f asked for; what is above is set in bold). llvmpipe converts from and to sRGB by approximations, and
+keeps textures and pixels in 8 bits. The other columns are of pictures that it drew into floats from textures of floats, so that it
+had nothing to convert: those were made linear before, and the picture was made sRGB afterwards, exactly. `floats`: levels of
+textures are means, not rounded. `codes`: each level is rounded to 8-bit sRGB, and the next one made of that.
 
-""" % pictures.FLIP_LIMIT + table(["scene", "aa", "exact", "as it draws", "its own"], body))
+""" % pictures.FLIP_LIMIT + table(head, body))
 
 
 def turning(rows):
