@@ -209,7 +209,7 @@ fn cannot_write(target: &Target, error: &io::Error) -> Failure {
     if let Target::File(path) = target
         && let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty())
         && error.kind() == io::ErrorKind::NotFound
-        && !folder.exists()
+        && fs::symlink_metadata(folder).is_err()
     {
         let folder = folder.display();
         return Failure::output(format!(

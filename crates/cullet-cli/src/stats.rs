@@ -7,7 +7,7 @@
 
 use std::time::Duration;
 
-use cullet::{FrameStats, LoadTimes};
+use cullet::{FrameStats, LoadTimes, PrepareTimes};
 use serde::Serialize;
 use serde_json::Value;
 
@@ -44,8 +44,8 @@ pub struct Around {
     pub load_times: LoadTimes,
     /// Boxes, texture pyramids, kernels.
     pub prepare: Duration,
-    /// The part of it that the texture pyramids take, all threads together.
-    pub pyramids: Duration,
+    /// Parts of it, all threads together.
+    pub prepare_times: PrepareTimes,
     /// Samples to file bytes, all pictures.
     pub encode: Duration,
 }
@@ -96,6 +96,8 @@ struct Parts {
     images: f64,
     /// Of `prepare`: smaller copies of images.
     pyramids: f64,
+    /// Of `prepare`: meshes cut into clusters.
+    clusters: f64,
 }
 
 #[derive(Debug, Serialize)]
@@ -178,7 +180,8 @@ impl<'a> Report<'a> {
             parts: Parts {
                 geometry: ms(around.load_times.geometry),
                 images: ms(around.load_times.images),
-                pyramids: ms(around.pyramids),
+                pyramids: ms(around.prepare_times.pyramids),
+                clusters: ms(around.prepare_times.clusters),
             },
             total: ms(around.load + around.prepare + stats.total + around.encode),
             boxes_tested: stats.boxes_tested,

@@ -9,11 +9,11 @@ use cullet_raster::{MAX_TRIANGLES, MAX_VERTICES};
 use cullet_scene::Mesh;
 use glam::Vec3;
 
-use crate::curve::along_curve;
+use crate::curve::{PIECE, along_curve};
 use crate::schedule::for_each_with;
 
-/// Triangles cut by one thread at a time.
-const PIECE: usize = 1 << 14;
+/// More threads would wait for the sort, and each has a list as long as that of vertices.
+const MOST_THREADS: usize = 8;
 
 /// The clusters of a mesh.
 #[derive(Clone, Debug, Default)]
@@ -47,7 +47,8 @@ impl Clusters {
         let ids = along_curve(mesh, threads);
         let mut corners = vec![[0; 4]; ids.len()];
         let mut parts = vec![Part::default(); ids.len().div_ceil(PIECE)];
-        let mut places = vec![Places::default(); threads.clamp(1, parts.len().max(1))];
+        let n_places = threads.min(MOST_THREADS).min(parts.len()).max(1);
+        let mut places = vec![Places::default(); n_places];
         let jobs = parts.iter_mut().zip(ids.chunks(PIECE)).zip(corners.chunks_mut(PIECE));
         for_each_with(&mut places, jobs.enumerate(), |places, (i, ((part, ids), corners))| {
             part.number = i as u32;
@@ -62,7 +63,7 @@ impl Clusters {
         out
     }
 
-    /// The box around all triangles of which every corner is a number: what can be drawn. Neither points that no
+    /// The box around all triangles with finite corners: what can be drawn. Neither points that no
     /// triangle uses nor triangles that will be dropped may change where a camera stands.
     pub fn bounds(&self) -> Aabb {
         self.list.iter().fold(Aabb::EMPTY, |all, cluster| all.union(&cluster.bounds))
@@ -228,6 +229,24 @@ mod tests {
         let positions = (0..900).map(|i| Vec3::new(far[i % 7], i as f32, far[i / 7 % 7]));
         let triangles = (0..300).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
         check(&Mesh { positions: positions.collect(), triangles, ..Mesh::default() });
+    }
+
+    #[test]
+    fn no_number_is_given_twice_before_places_are_forgotten() {
+        let mesh = Mesh { positions: vec![Vec3::ZERO; 3], ..Mesh::default() };
+        let mut places = Places::default();
+        let mut next = 0;
+        for part in 0..3000 {
+            let (of, first) = places.for_part(&mesh);
+            if first != next {
+                assert_eq!(first, 0, "{part}");
+                assert!(of.iter().all(|place| *place == u32::MAX));
+            }
+            let last = first + PIECE as u32 - 1;
+            assert!(last << 8 >> 8 == last);
+            of.fill(last << 8);
+            next = last + 1;
+        }
     }
 
     #[test]

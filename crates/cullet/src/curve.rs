@@ -7,8 +7,8 @@ use glam::DVec3;
 
 use crate::schedule::for_each;
 
-/// Triangles looked at by one thread at a time.
-const PIECE: usize = 1 << 14;
+/// Triangles of a part of a mesh, which one thread looks at.
+pub(crate) const PIECE: usize = 1 << 14;
 
 /// No triangle: after all others.
 const NONE: u64 = u64::MAX;

@@ -46,8 +46,8 @@ pub struct Frame {
     pub triangle: Vec<u32>,
 }
 
-/// Makes a list so long, filled with anything. New memory of zeros comes from the system as it is written to, by the
-/// threads that do so, and not before.
+/// Makes a list so long; what is new is `value`. New memory of codes and ids, all zeros, comes from the system as threads
+/// write to it, and not before.
 fn set_len<T: Clone>(list: &mut Vec<T>, len: usize, value: T) {
     if list.capacity() < len {
         *list = vec![value; len];

@@ -63,6 +63,7 @@ pub use legend::{LegendEntry, legend};
 pub use loading::{LoadTimes, load, load_glb_bytes};
 pub use passes::{Pass, Passes};
 pub use prepared::{PrepareError, Prepared};
+pub use preparing::PrepareTimes;
 pub use renderer::Renderer;
 pub use resolution::Resolution;
 pub use settings::{Antialias, RendererKind, Settings, ShadingRate};

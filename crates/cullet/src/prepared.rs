@@ -1,7 +1,5 @@
 //! A scene made ready: everything that does not depend on the view, computed once.
 
-use std::time::Duration;
-
 use cullet_cull::{Aabb, Hierarchy};
 use cullet_scene::{Mesh, Scene, TextureRef};
 use cullet_shade::{Surface, Texture, srgb};
@@ -9,7 +7,7 @@ use glam::Vec3;
 
 use crate::Item;
 use crate::clusters::Clusters;
-use crate::preparing::{Made, make};
+use crate::preparing::{Made, PrepareTimes, make};
 use crate::schedule::thread_count;
 
 /// Numbers of triangles, and two that mean something else, fit into 31 bits, so that no sum of two of them
@@ -41,7 +39,7 @@ pub struct Prepared {
     /// By mesh.
     clusters: Vec<Clusters>,
     hierarchy: Hierarchy,
-    pyramid_time: Duration,
+    times: PrepareTimes,
 }
 
 impl Prepared {
@@ -59,7 +57,7 @@ impl Prepared {
         if n_triangles > u64::from(MAX_TRIANGLES) {
             return Err(PrepareError::TooManyTriangles { scene: scene.name, n_triangles });
         }
-        let Made { textures, clusters, pyramid_time } = make(&mut scene, thread_count(threads));
+        let Made { textures, clusters, times } = make(&mut scene, thread_count(threads));
         let bounds: Vec<Aabb> = clusters.iter().map(Clusters::bounds).collect();
         let mut first_triangle = 0;
         let items = scene.objects.iter().map(|object| {
@@ -75,16 +73,7 @@ impl Prepared {
         let boxes: Vec<Aabb> = items.iter().map(|item| item.bounds).collect();
         srgb::encode8(0.0); // its table is made at the first use, which no frame should pay for
         let hierarchy = Hierarchy::build(&boxes);
-        Ok(Prepared {
-            scene,
-            textures,
-            items,
-            empty,
-            n_triangles,
-            clusters,
-            hierarchy,
-            pyramid_time,
-        })
+        Ok(Prepared { scene, textures, items, empty, n_triangles, clusters, hierarchy, times })
     }
 
     /// The scene as loaded (its image bytes have moved into the texture pyramids).
@@ -112,9 +101,9 @@ impl Prepared {
         &self.hierarchy
     }
 
-    /// Time that the texture pyramids took, all threads together.
-    pub fn pyramid_time(&self) -> Duration {
-        self.pyramid_time
+    /// What preparation took how long.
+    pub fn times(&self) -> PrepareTimes {
+        self.times
     }
 
     /// World-space box around everything.

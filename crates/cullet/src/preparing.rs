@@ -21,8 +21,18 @@ pub(crate) struct Made {
     pub textures: Vec<Texture>,
     /// By mesh.
     pub clusters: Vec<Clusters>,
-    /// Time that pyramids took, all threads together.
-    pub pyramid_time: Duration,
+    /// Time that each took, all threads together.
+    pub times: PrepareTimes,
+}
+
+/// Time that parts of preparation took, all threads together: parts overlap, so the sum may be more than the wall
+/// time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct PrepareTimes {
+    /// Smaller copies of images.
+    pub pyramids: Duration,
+    /// Meshes cut into clusters. Of a large one the wall time.
+    pub clusters: Duration,
 }
 
 /// Something one thread makes.
@@ -52,19 +62,22 @@ pub(crate) fn make(scene: &mut Scene, threads: usize) -> Made {
     meshes.sort_by_key(|(mesh, _)| Reverse(mesh.triangles.len()));
     let n_large = meshes.partition_point(|(mesh, _)| mesh.triangles.len() > LARGE);
     let others = meshes.split_off(n_large);
-    meshes.into_iter().for_each(|(mesh, clusters)| *clusters = Clusters::new(mesh, threads));
+    let times = [AtomicU64::new(0), AtomicU64::new(0)];
+    let [pyramid_time, cluster_time] = &times;
+    for (mesh, clusters) in meshes {
+        timed(cluster_time, || *clusters = Clusters::new(mesh, threads));
+    }
 
     let pyramids = images.into_iter().map(|(image, mips)| Job::Pyramid(image, mips));
     let others = others.into_iter().map(|(mesh, clusters)| Job::Clusters(mesh, clusters));
     let jobs: Vec<Job<'_>> = pyramids.chain(others).collect();
-    let nanoseconds = AtomicU64::new(0);
     for_each(threads, jobs.into_iter(), |job| match job {
-        Job::Pyramid(image, mips) => {
-            let start = Instant::now();
+        Job::Pyramid(image, mips) => timed(pyramid_time, || {
             mips.get_or_init(|| Arc::new(Mips::new(image)));
-            nanoseconds.fetch_add(start.elapsed().as_nanos() as u64, Ordering::Relaxed);
+        }),
+        Job::Clusters(mesh, clusters) => {
+            timed(cluster_time, || *clusters = Clusters::new(mesh, 1));
         }
-        Job::Clusters(mesh, clusters) => *clusters = Clusters::new(mesh, 1),
     });
 
     let texture = |(texture, image): (&scene::Texture, usize)| {
@@ -72,8 +85,15 @@ pub(crate) fn make(scene: &mut Scene, threads: usize) -> Made {
         Texture::shared(Arc::clone(mips), texture.sampler)
     };
     let textures = scene.textures.iter().zip(first).map(texture).collect();
-    let pyramid_time = Duration::from_nanos(nanoseconds.into_inner());
-    Made { textures, clusters, pyramid_time }
+    let [pyramids, clusters_took] = times.map(|sum| Duration::from_nanos(sum.into_inner()));
+    Made { textures, clusters, times: PrepareTimes { pyramids, clusters: clusters_took } }
+}
+
+/// Does `work` and adds the nanoseconds that it took.
+fn timed(sum: &AtomicU64, work: impl FnOnce()) {
+    let start = Instant::now();
+    work();
+    sum.fetch_add(start.elapsed().as_nanos() as u64, Ordering::Relaxed);
 }
 
 /// The image a texture shows, or one with the same pixels that an earlier one shows.

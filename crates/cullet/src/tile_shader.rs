@@ -244,7 +244,7 @@ impl<'a> TileShader<'a> {
     }
 
     /// Colours `rect` from ids, background where there are none; see [`TileShader::tile`]. `n_others` pixels show no id
-    /// here, and need no background: they will have other colours.
+    /// here, and need no background: they will have other colours. (Only full shading asks.)
     pub(crate) fn blocks(
         &mut self,
         rect: Region,

@@ -56,7 +56,8 @@ impl RasterScratch {
 /// Clusters assembled last, for a cluster is mostly drawn into several tiles near each other.
 #[derive(Debug, Default)]
 struct Assemblies {
-    /// As many as have been wanted so far: the first frame of a small scene should not wait for more memory than it needs.
+    /// As many as have been wanted so far: the first frame of a small scene should not wait for more memory than it
+    /// needs.
     made: Vec<Assembly>,
     slots: Vec<Slot>,
     /// How many of them are used.
@@ -111,6 +112,7 @@ impl Assemblies {
         &self.made[slot.assembly as usize]
     }
 
+    /// Memory in use; what is only reserved is not there yet.
     fn bytes(&self) -> usize {
         let more: usize = self.made.iter().map(Assembly::bytes).sum();
         size_of_val(&self.made[..]) + size_of_val(&self.slots[..]) + more

@@ -138,6 +138,7 @@ pub struct RenderArgs {
     /// Pixels along a side of the tiles that a picture is drawn in, a multiple of 8; changes time,
     /// never a pixel
     #[arg(long, value_name = "PX", default_value_t = 64, value_parser = tile_size)]
+    #[arg(allow_negative_numbers = true)]
     pub tile_size: u32,
     /// Leave out objects smaller than this on the picture: the longer side of their boxes, in
     /// pixels. Unlike all other culling this changes pixels; 0 leaves out nothing
@@ -160,7 +161,8 @@ pub struct RenderArgs {
     #[arg(long, value_enum, default_value = "snapped")]
     pub raycast_geometry: RaycastGeometry,
     /// Draw the frame this often after one warm-up, to measure [default: once, no warm-up]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    #[arg(value_parser = clap::value_parser!(u16).range(1..))]
     pub frames: Option<u16>,
     /// Times (ms) and counters as JSON; `-` for standard output
     #[arg(long, value_name = "FILE|-")]

@@ -80,8 +80,8 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     }
     if args.stats.is_some() {
         let settings = settings_json(args, &settings, &camera, viewport, region);
-        let pyramids = prepared.pyramid_time();
-        let around = Around { load, load_times, prepare, pyramids, encode };
+        let prepare_times = prepared.times();
+        let around = Around { load, load_times, prepare, prepare_times, encode };
         let report = Report::new(&frames, &around, &warnings, &left_out, settings);
         outputs.write(targets.len() - 1, &stats::json(&report))?;
     }

@@ -31,6 +31,7 @@ fn wrong_usage_is_2() {
     folder.fails(2, "direction", &format!("{SMALL} -o x.png --sun 0,0,0"));
     folder.fails(2, "ambient", &format!("{SMALL} -o x.png --ambient -1"));
     folder.fails(2, "0..=1024", &format!("{SMALL} -o x.png --threads -1"));
+    folder.fails(2, "1..=65535", &format!("{SMALL} -o x.png --frames -1"));
     folder.fails(2, "1..=65535", &format!("{SMALL} -o x.png --frames 0"));
     folder.fails(2, "--region", &format!("{SMALL} -o x.png --region 10,0,7,2"));
     folder.fails(2, "--bits", &format!("{SMALL} -o x.jpg --bits 16"));

@@ -22,6 +22,9 @@ fn every_key_of_the_contract_is_there() {
         assert!(stats[key].as_u64().is_some_and(|n| n > 0), "{key}");
     }
     assert!(stats["triangles"]["clipped"].is_u64());
+    for key in ["geometry", "images", "pyramids", "clusters"] {
+        assert!(stats["parts"][key].as_f64().is_some_and(|ms| ms >= 0.0), "{key}");
+    }
     for key in ["warnings", "left_out"] {
         assert!(stats[key].is_array(), "{key}");
     }
@@ -41,7 +44,7 @@ fn every_key_of_the_contract_is_there() {
 }
 
 #[test]
-fn settings_are_all_options_in_effect() {
+fn settings_name_every_option() {
     let folder = Folder::new();
     let help = String::from_utf8(folder.ok("render --help").stdout).unwrap();
     let options = help.lines().filter_map(|line| line.trim_start().strip_prefix("--"));
