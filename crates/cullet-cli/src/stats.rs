@@ -42,7 +42,7 @@ pub struct Around {
     pub load: Duration,
     /// Parts of it, all threads together.
     pub load_times: LoadTimes,
-    /// Boxes, texture pyramids, kernels.
+    /// Boxes, clusters, texture pyramids.
     pub prepare: Duration,
     /// Parts of it, all threads together.
     pub prepare_times: PrepareTimes,

@@ -32,7 +32,7 @@ pub(crate) struct Clusters {
 /// Where the parts of a cluster are, and the box around it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Cluster {
-    part: u32,
+    /// Of its part of the mesh.
     first_vertex: u32,
     n_vertices: u32,
     first_triangle: u32,
@@ -51,7 +51,7 @@ impl Clusters {
         let mut places = vec![Places::default(); n_places];
         let jobs = parts.iter_mut().zip(ids.chunks(PIECE)).zip(corners.chunks_mut(PIECE));
         for_each_with(&mut places, jobs.enumerate(), |places, (i, ((part, ids), corners))| {
-            part.number = i as u32;
+            part.open.first_triangle = (i * PIECE) as u32;
             part.cut(mesh, ids, corners, places);
         });
         let n_not_finite = (mesh.triangles.len() - ids.len()) as u64;
@@ -88,7 +88,7 @@ impl Clusters {
         let vertices = vertices.start..vertices.start + cluster.n_vertices as usize;
         let triangles = cluster.first_triangle as usize..;
         let triangles = triangles.start..triangles.start + cluster.n_triangles as usize;
-        let [x, y, z] = &self.positions[cluster.part as usize];
+        let [x, y, z] = &self.positions[cluster.first_triangle as usize / PIECE];
         cullet_raster::Cluster {
             positions: [&x[vertices.clone()], &y[vertices.clone()], &z[vertices]],
             corners: &self.corners[triangles.clone()],
@@ -100,7 +100,6 @@ impl Clusters {
 /// So many triangles of a mesh, which one thread cuts.
 #[derive(Clone, Default)]
 struct Part {
-    number: u32,
     list: Vec<Cluster>,
     positions: [Vec<f32>; 3],
     open: Open,
@@ -137,10 +136,9 @@ struct Open {
 }
 
 impl Part {
-    /// Cuts the triangles `ids` and fills `corners`.
+    /// Cuts the triangles `ids` and fills `corners`. The first is known to be that of the open cluster.
     fn cut(&mut self, mesh: &Mesh, ids: &[u32], corners: &mut [[u8; 4]], places: &mut Places) {
         let (places, first_number) = places.for_part(mesh);
-        self.open.first_triangle = self.number * PIECE as u32;
         for (id, corners) in ids.iter().zip(corners) {
             let triangle = mesh.triangles[*id as usize];
             let mut number = first_number + self.list.len() as u32;
@@ -171,7 +169,6 @@ impl Part {
         let bounds = Aabb::from_points(vertices.iter().map(|p| p.as_dvec3()));
         vertices.resize(vertices.len().next_multiple_of(8), last);
         self.list.push(Cluster {
-            part: self.number,
             first_vertex: self.positions[0].len() as u32,
             n_vertices: vertices.len() as u32,
             first_triangle: *first_triangle,

@@ -152,7 +152,6 @@ fn may_exceed(reach: f64, largest: f64) -> bool {
 #[cfg(test)]
 mod tests {
     use cullet_scene::synth::synth;
-    use glam::DAffine3;
 
     use super::*;
 

@@ -517,7 +517,10 @@ impl RenderArgs {
                 CullName::Both => CullTest::Both,
                 CullName::Sat => CullTest::Sat,
             },
-            antialias: self.aa.map_or(antialias, Antialiasing::setting),
+            antialias: match self.renderer {
+                RendererName::Raster => self.aa.map_or(antialias, Antialiasing::setting),
+                RendererName::Raycast => Antialias::None, // it takes one sample
+            },
             accumulate: self.accumulate.unwrap_or(preset.accumulate),
             resolution: self.resolution.map_or(preset.resolution, ResolutionName::setting),
             shading_rate: match self.shading_rate {

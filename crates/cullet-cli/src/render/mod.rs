@@ -14,8 +14,8 @@ use cpu_time::ProcessTime;
 use cullet::scene::Images;
 use cullet::transform::MAX_SIDE;
 use cullet::{
-    Camera, Frame, FrameStats, Pass, Passes, Prepared, Region, Renderer, RendererKind, Resolution,
-    Settings, View, Viewport, legend,
+    Camera, Frame, FrameStats, Pass, Passes, Prepared, Region, Renderer, Resolution, Settings,
+    View, Viewport, legend,
 };
 use serde_json::{Value, json};
 
@@ -380,11 +380,7 @@ fn settings_json(
         "texture_arithmetic": name(&args.texture_arithmetic),
         "division": name(&args.division),
         "srgb": name(&args.srgb),
-        // The ray caster takes one sample, whatever is asked for.
-        "aa": match settings.renderer {
-            RendererKind::Raster => name_of(settings.antialias, Antialiasing::setting),
-            RendererKind::Raycast { .. } => name(&Antialiasing::None),
-        },
+        "aa": name_of(settings.antialias, Antialiasing::setting),
         "accumulate": settings.accumulate,
         "resolution": name_of(settings.resolution, ResolutionName::setting),
         "shading_rate": name(&args.shading_rate).and_then(|rate| rate.parse::<u32>().ok()),
