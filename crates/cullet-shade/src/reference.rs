@@ -117,10 +117,12 @@ pub fn sample(texture: &Texture, uv: DVec2, duvdx: DVec2, duvdy: DVec2, filter: 
             let color = |i| sample(texture, piece(i), ddx, ddy, Filter::Trilinear);
             (0..n).map(color).sum::<DVec4>() / f64::from(n)
         }
-        Filter::Trilinear | Filter::Oversampled(_) => {
+        Filter::Trilinear | Filter::TrilinearLog | Filter::Oversampled(_) => {
             let finer = bilinear(&mips.level(lod.floor() as usize), texture.wrap, uv);
             let coarser = bilinear(&mips.level(lod.ceil() as usize), texture.wrap, uv);
-            finer.lerp(coarser, libm::exp2(lod.fract()) - 1.0)
+            let by_length = filter != Filter::TrilinearLog;
+            let share = if by_length { libm::exp2(lod.fract()) - 1.0 } else { lod.fract() };
+            finer.lerp(coarser, share)
         }
     }
 }

@@ -15,7 +15,8 @@
 //! have its logarithm: a footprint of 3 texels is halfway between the levels of 2 and of 4. The
 //! coarser level gets up to .086 less, which is nearer to the mean of what a pixel covers (as
 //! measured, ARCHITECTURE.md), and takes a square root instead of a logarithm. OpenImageIO's texture
-//! system, which film renderers use, blends by the filter's width as well.
+//! system, which film renderers use, blends by the filter's width as well. Who has to match what OpenGL
+//! draws takes [`Filter::TrilinearLog`].
 
 use std::ops::{Add, Mul, Sub};
 
@@ -35,6 +36,9 @@ pub enum Filter {
     /// Bilinear in the two levels around the footprint's size, blended.
     #[default]
     Trilinear,
+    /// The same with levels blended by the logarithm of the footprint's size (within 3e-7), as OpenGL, Vulkan and
+    /// Direct3D have it: for pictures to be compared with theirs. A little more blurred.
+    TrilinearLog,
     /// The mean of up to 16 trilinear samples along the longer axis of the footprint, in levels by the
     /// shorter axis: what is seen at a slant stays sharp across.
     Anisotropic,
@@ -155,8 +159,21 @@ pub(crate) fn lod(texture: &Texture, duvdx: Vec2, duvdy: Vec2, filter: Filter) -
         // Halfway goes to the finer level, as OpenGL has it.
         Filter::Nearest | Filter::Bilinear => f32::from(rest2 > 2.0),
         Filter::Trilinear | Filter::Anisotropic | Filter::Oversampled(_) => rest2.sqrt() - 1.0,
+        Filter::TrilinearLog => log2_of_1_to_2(rest2.sqrt()),
     };
     clamp(level as f32 + share, 0.0, coarsest)
+}
+
+/// [`log2_of_1_to_2`] is `s (c0 + c1 s^2 + c2 s^4 + c3 s^6)` with `s = (x - 1) / (x + 1)`, the best such odd
+/// polynomial (by Lawson's iteration), whose beginning is the series `2 / ln 2 (s + s^3 / 3 + ...)`.
+/// Source: Abramowitz & Stegun, "Handbook of Mathematical Functions", 1964, 4.1.27.
+pub(crate) const LOG2: [f32; 4] = [2.885_388, 0.962_056, 0.568_914_2, 0.505_295_3];
+
+/// Base 2 logarithm of numbers in 1..=2, within 3e-7; 0 of 1, and below 1.
+fn log2_of_1_to_2(x: f32) -> f32 {
+    let s = (x - 1.0) / (x + 1.0);
+    let s2 = s * s;
+    (((LOG2[3] * s2 + LOG2[2]) * s2 + LOG2[1]) * s2 + LOG2[0]) * s
 }
 
 fn filtered<T>(
@@ -175,7 +192,7 @@ where
     match filter {
         Filter::Nearest => nearest(&mips.level(finer), texture.wrap, place, decode),
         Filter::Bilinear => bilinear(&mips.level(finer), texture.wrap, place, decode),
-        Filter::Trilinear | Filter::Anisotropic | Filter::Oversampled(_) => {
+        _ => {
             let blend = lod - finer as f32;
             let color = bilinear(&mips.level(finer), texture.wrap, place, decode);
             if blend == 0.0 {
@@ -278,8 +295,13 @@ mod tests {
     use crate::testing::{config, noise, plain};
 
     const WRAPS: [Wrap; 3] = [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp];
-    const EVERY: [Filter; 4] =
-        [Filter::Nearest, Filter::Bilinear, Filter::Trilinear, Filter::Anisotropic];
+    const EVERY: [Filter; 5] = [
+        Filter::Nearest,
+        Filter::Bilinear,
+        Filter::Trilinear,
+        Filter::TrilinearLog,
+        Filter::Anisotropic,
+    ];
 
     fn texture(width: u32, height: u32, wrap_u: Wrap, wrap_v: Wrap) -> Texture {
         Texture::new(&noise(width, height, 3), Sampler { wrap_u, wrap_v, ..Sampler::default() })
@@ -402,6 +424,30 @@ mod tests {
         let lengths = [0.5, 1.0, 1.25, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0, 8.0, 63.5, 64.0, 100.0];
         let lods = [0.0, 0.0, 0.25, 0.5, 1.0, 1.5, 2.0, 2.25, 2.75, 3.0, 5.984_375, 6.0, 6.0];
         assert_eq!(lengths.map(of), lods);
+    }
+
+    #[test]
+    fn logarithms_are_within_their_stated_error() {
+        for x in (0..=1 << 23).step_by(7).map(|i| f32::from_bits(1.0_f32.to_bits() + i)) {
+            let log2 = log2_of_1_to_2(x);
+            let error = (f64::from(log2) - libm::log2(f64::from(x))).abs();
+            assert!((0.0..1.0).contains(&log2) && error <= 3e-7, "{log2} of {x}: {error:e}");
+        }
+        assert_eq!(log2_of_1_to_2(1.0), 0.0);
+        assert!(log2_of_1_to_2(2.0) < 1.0);
+    }
+
+    #[test]
+    fn levels_blend_by_the_logarithm_where_asked_for() {
+        let texture = texture(64, 64, Wrap::Repeat, Wrap::Repeat);
+        let side = Vec2::X / 64.0;
+        for i in -20..200 {
+            let exact = 0.05 * f64::from(i);
+            let ddx = side * libm::exp2(exact) as f32;
+            let lod = lod(&texture, ddx, Vec2::ZERO, Filter::TrilinearLog);
+            let error = f64::from(lod) - exact.clamp(0.0, 6.0);
+            assert!(error.abs() < 1e-6, "{lod} for {exact}");
+        }
     }
 
     #[test]

@@ -4,8 +4,9 @@
 //! drawn again for every sample, with the picture shifted under the pixels, and colours are
 //! averaged. So textures, lights and masks are smoothed as well as edges, at the price of as many
 //! frames. A sample stands for a part of the pixel only, so trilinear filtering looks into finer
-//! levels ([`Filter::Oversampled`]): textures get sharper where one frame has to blur them. Averages are of linear light with alpha counted in (Porter & Duff 1984), in f64, over the
-//! area of each pixel (a box filter).
+//! levels ([`Filter::Oversampled`]): textures get sharper where one frame has to blur them. Other filters
+//! see a whole pixel in each frame. Averages are of linear light with alpha counted in (Porter & Duff
+//! 1984), in f64, over the area of each pixel (a box filter).
 //!
 //! Places within a pixel are Hammersley's points, moved to the middles of their cells: of `n` points
 //! one in each of `n` columns, and, for powers of two, one in each of `n` rows.

@@ -66,7 +66,7 @@ pub use prepared::{PrepareError, Prepared};
 pub use preparing::PrepareTimes;
 pub use renderer::Renderer;
 pub use resolution::Resolution;
-pub use settings::{Antialias, RendererKind, Settings, ShadingRate};
+pub use settings::{Antialias, EdgeShading, RendererKind, Settings, ShadingRate};
 pub use stats::{FrameStats, ObjectCounters, Stages};
 pub use visible_clusters::ClusterCounters;
 

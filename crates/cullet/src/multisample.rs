@@ -4,7 +4,8 @@
 //! triangle, and, with all triangles together, in the middle of the pixel, so that a surface looks
 //! alike whether its triangles meet in a pixel or not. (The places of samples add up to nothing. The
 //! OpenGL 4.6 specification, 14.3.1, leaves any place inside to the maker, and calls it the
-//! centroid.) Colours are averaged in linear light, weighted by samples, with
+//! centroid.) [`EdgeShading::Centre`] takes the pixel's centre instead, as that specification has it for
+//! variables that are not declared `centroid`. Colours are averaged in linear light, weighted by samples, with
 //! alpha counted in (Porter & Duff 1984, "Compositing Digital Images"), so nothing of a
 //! transparent background shows.
 
@@ -17,7 +18,7 @@ use glam::{Vec3, Vec4};
 
 use crate::frame::Target;
 use crate::tile_shader::{TileShader, Wanted};
-use crate::{Region, Settings};
+use crate::{EdgeShading, Region, Settings};
 
 /// Memory for pixels whose samples disagree.
 #[derive(Debug, Default)]
@@ -80,6 +81,7 @@ impl EdgeScratch {
         ids: &[u32],
         place: Place,
         whole: Range<usize>,
+        middles: &[Middle],
     ) {
         let nothing = u32x8::splat(simd, NO_TRIANGLE);
         let width = whole.len();
@@ -98,7 +100,7 @@ impl EdgeScratch {
             agree.select(planes[0], nothing).store_slice(whole);
             let edges = !agree.to_bitmask() & 0xff >> (8 - (width - first).min(8));
             if edges != 0 {
-                self.eight(simd, &planes, seen, edges, place.right(first));
+                self.eight(simd, &planes, seen, edges, place.right(first), middles);
             }
             first += 8;
         }
@@ -118,7 +120,7 @@ impl EdgeScratch {
     }
 
     /// Those of eight pixels, the first at `place`, that are `edges`, a bit each. Room has been made for all. `planes`
-    /// are the ids that `seen` has pixel by pixel.
+    /// are the ids that `seen` has pixel by pixel; `middles` say where sets of samples are shaded.
     #[inline(always)]
     fn eight<S: Simd, const N: usize>(
         &mut self,
@@ -127,6 +129,7 @@ impl EdgeScratch {
         seen: &[u32],
         edges: u64,
         place: Place,
+        middles: &[Middle],
     ) {
         let zero = u32x8::splat(simd, 0);
         // By sample, which of a pixel's samples see the same, a bit each.
@@ -171,7 +174,7 @@ impl EdgeScratch {
             let bit = wanted.trailing_zeros() as usize % (8 * N);
             wanted &= wanted - 1;
             let (pixel, sample) = (bit / N, bit % N);
-            let Middle { x, y, part } = middles_of::<N>()[own[sample][pixel] as usize];
+            let Middle { x, y, part } = middles[own[sample][pixel] as usize];
             let corner = [16 * (place.x + pixel as u32) as i32, 16 * place.y as i32];
             let (x, y) = (corner[0] + 8 + x, corner[1] + 8 + y);
             new_wanted[n] = Wanted { id: seen[bit], x, y };
@@ -192,7 +195,9 @@ impl EdgeScratch {
         rect: Region,
         place: [u32; 2],
         stride: usize,
+        shading: EdgeShading,
     ) {
+        let middles = middles_of(tile.samples(), shading);
         let (width, height) = (rect.width as usize, rect.height as usize);
         // Eights reach into the next row, which is written later.
         self.whole.resize((width * height + 8).max(self.whole.len()), NO_TRIANGLE);
@@ -200,7 +205,7 @@ impl EdgeScratch {
         for i in 0..height {
             let ids = &ids[i * ids_stride..];
             let place = Place { x: rect.x, y: rect.y + i as u32, out: i * stride };
-            self.row::<S, N>(simd, ids, place, i * width..(i + 1) * width);
+            self.row::<S, N>(simd, ids, place, i * width..(i + 1) * width, middles);
         }
     }
 }
@@ -243,7 +248,7 @@ impl Place {
 /// Some samples of a pixel taken together.
 #[derive(Clone, Copy, Debug)]
 struct Middle {
-    /// The mean of their places, sixteenths of a pixel from the pixel's centre.
+    /// Where they are shaded, sixteenths of a pixel from the pixel's centre.
     x: i32,
     y: i32,
     /// How many they are, of one.
@@ -251,7 +256,7 @@ struct Middle {
 }
 
 /// By which samples there are, a bit each, their middle.
-const fn middles<const SETS: usize>(samples: Samples) -> [Middle; SETS] {
+const fn middles<const SETS: usize>(samples: Samples, shading: EdgeShading) -> [Middle; SETS] {
     let offsets = samples.offsets();
     let mut all = [Middle { x: 0, y: 0, part: 0.0 }; SETS];
     let mut set = 1;
@@ -264,26 +269,30 @@ const fn middles<const SETS: usize>(samples: Samples) -> [Middle; SETS] {
             }
             sample += 1;
         }
-        // To the nearest, halves up.
-        let [x, y] = [(2 * sum[0] + n).div_euclid(2 * n), (2 * sum[1] + n).div_euclid(2 * n)];
-        all[set] = Middle { x, y, part: n as f32 / offsets.len() as f32 };
+        all[set].part = n as f32 / offsets.len() as f32;
+        if let EdgeShading::Covered = shading {
+            // To the nearest, halves up.
+            all[set].x = (2 * sum[0] + n).div_euclid(2 * n);
+            all[set].y = (2 * sum[1] + n).div_euclid(2 * n);
+        }
         set += 1;
     }
     all
 }
 
-static MIDDLES_OF_TWO: [Middle; 4] = middles(Samples::Two);
-static MIDDLES_OF_FOUR: [Middle; 16] = middles(Samples::Four);
-static MIDDLES_OF_EIGHT: [Middle; 256] = middles(Samples::Eight);
-
-/// [`middles`] of the pattern of `N` samples; of one there are no edges.
-#[inline(always)]
-fn middles_of<const N: usize>() -> &'static [Middle] {
-    match N {
-        2 => &MIDDLES_OF_TWO,
-        4 => &MIDDLES_OF_FOUR,
-        8 => &MIDDLES_OF_EIGHT,
-        _ => &[],
+/// [`middles`] of a pattern; of one sample there are no edges.
+fn middles_of(samples: Samples, shading: EdgeShading) -> &'static [Middle] {
+    use EdgeShading::{Centre, Covered};
+    use Samples::{Eight, Four, One, Two};
+    static TWO: [[Middle; 4]; 2] = [middles(Two, Covered), middles(Two, Centre)];
+    static FOUR: [[Middle; 16]; 2] = [middles(Four, Covered), middles(Four, Centre)];
+    static EIGHT: [[Middle; 256]; 2] = [middles(Eight, Covered), middles(Eight, Centre)];
+    let kind = usize::from(shading == Centre);
+    match samples {
+        One => &[],
+        Two => &TWO[kind],
+        Four => &FOUR[kind],
+        Eight => &EIGHT[kind],
     }
 }
 
@@ -329,11 +338,12 @@ impl TileShader<'_> {
         let mut scratch = std::mem::take(&mut self.scratch.edges);
         scratch.n = Counts::default();
         let width = rect.width as usize;
+        let shading = self.scene.settings.edge_shading;
         dispatch!(self.scene.settings.simd, simd => match tile.samples() {
-            Samples::One => scratch.rows::<_, 1>(simd, tile, rect, place, out.stride),
-            Samples::Two => scratch.rows::<_, 2>(simd, tile, rect, place, out.stride),
-            Samples::Four => scratch.rows::<_, 4>(simd, tile, rect, place, out.stride),
-            Samples::Eight => scratch.rows::<_, 8>(simd, tile, rect, place, out.stride),
+            Samples::One => scratch.rows::<_, 1>(simd, tile, rect, place, out.stride, shading),
+            Samples::Two => scratch.rows::<_, 2>(simd, tile, rect, place, out.stride, shading),
+            Samples::Four => scratch.rows::<_, 4>(simd, tile, rect, place, out.stride, shading),
+            Samples::Eight => scratch.rows::<_, 8>(simd, tile, rect, place, out.stride, shading),
         });
         let Counts { edges: n_edges, wanted: n_wanted } = scratch.n;
         let n_whole = self.blocks(rect, &scratch.whole, width, n_edges, out);
@@ -399,12 +409,17 @@ fn premultiplied(color: Vec4) -> Vec4 {
 
 #[cfg(test)]
 mod tests {
+    use cullet_scene::{Material, Mesh, Node, Object, synth};
+    use cullet_transform::{Camera, Projection, View, Viewport};
+    use glam::{DAffine3, DVec3, Vec2};
+
     use super::*;
+    use crate::{Antialias, Frame, Pass, Passes, Prepared, Renderer};
 
     #[test]
     fn triangles_of_a_pixel_are_shaded_around_its_middle() {
         /// Fifteen pixels with these ids in some order, and a few that show one triangle.
-        fn check<const N: usize>(ids: [u32; N], samples: Samples) {
+        fn check<const N: usize>(ids: [u32; N], samples: Samples, shading: EdgeShading) {
             let offsets: &[[i32; 2]; N] = samples.offsets().first_chunk().unwrap();
             let pixels: [[u32; N]; 24] = std::array::from_fn(|pixel| {
                 let other = 100 * pixel as u32;
@@ -418,8 +433,8 @@ mod tests {
             for (name, level) in cullet_cull::wide::levels() {
                 let mut scratch = EdgeScratch { whole: vec![0; 24], ..EdgeScratch::default() };
                 let place = Place { x: 3, y: 5, out: 7 };
-                let all = pixels.as_flattened();
-                dispatch!(level, simd => scratch.row::<_, N>(simd, all, place, 0..15));
+                let (all, middles) = (pixels.as_flattened(), middles_of(samples, shading));
+                dispatch!(level, simd => scratch.row::<_, N>(simd, all, place, 0..15, middles));
                 for (pixel, whole) in pixels[..15].iter().zip(&scratch.whole) {
                     let expected = if is_edge(pixel) { NO_TRIANGLE } else { pixel[0] };
                     assert_eq!(*whole, expected, "{name}");
@@ -445,6 +460,11 @@ mod tests {
                         known.push(wanted.id);
                         let place =
                             [wanted.x - (3 + column as i32) * 16 - 8, wanted.y - 5 * 16 - 8];
+                        if shading == EdgeShading::Centre {
+                            assert_eq!(place, [0, 0], "{name}");
+                            n_seen += share.part;
+                            continue;
+                        }
                         for axis in 0..2 {
                             let exact: f64 = places.iter().map(|at| at[axis]).sum::<f64>();
                             let place = f64::from(place[axis]);
@@ -469,9 +489,60 @@ mod tests {
                 0 => NO_TRIANGLE,
                 id => id,
             };
-            check([own(0), own(1)], Samples::Two);
-            check([own(0), own(1), own(2), own(3)], Samples::Four);
-            check([0, 1, 2, 3, 1, 0, 3, 2].map(own), Samples::Eight);
+            for shading in [EdgeShading::Covered, EdgeShading::Centre] {
+                check([own(0), own(1)], Samples::Two, shading);
+                check([own(0), own(1), own(2), own(3)], Samples::Four, shading);
+                check([0, 1, 2, 3, 1, 0, 3, 2].map(own), Samples::Eight, shading);
+            }
+        }
+    }
+
+    /// A tilted plane of many triangles, all over the picture, with a texture.
+    fn plane() -> (Prepared, View) {
+        const SIDE: u32 = 24;
+        let mut scene = synth::synth("interior").unwrap();
+        let textured =
+            |m: &Material| m.base_color_texture.as_ref().is_some_and(|t| t.transform.is_none());
+        let material = scene.materials.iter().position(textured).unwrap();
+        let at = |i: u32| Vec2::new((i % SIDE) as f32, (i / SIDE) as f32) / (SIDE - 1) as f32 - 0.5;
+        let of_square = |i: u32| [[i, i + 1, i + SIDE + 1], [i, i + SIDE + 1, i + SIDE]];
+        let squares = (0..SIDE * (SIDE - 1)).filter(|i| i % SIDE < SIDE - 1);
+        scene.meshes = vec![Mesh {
+            positions: (0..SIDE * SIDE).map(|i| (at(i) * 16.0).extend(at(i).x * 6.0)).collect(),
+            uvs: [Some((0..SIDE * SIDE).map(at).collect()), None],
+            triangles: squares.flat_map(of_square).collect(),
+            ..Mesh::default()
+        }];
+        let world_from_model = DAffine3::from_translation(DVec3::new(0.0, 0.0, -9.0));
+        let name = "plane".to_owned();
+        scene.nodes = vec![Node { name, parent: None, world_from_node: world_from_model }];
+        let name = "plane".to_owned();
+        scene.objects = vec![Object { name, node: 0, mesh: 0, material, world_from_model }];
+        let lens = Projection::Perspective { yfov: 0.7, near: 0.1, far: f64::INFINITY };
+        let camera = Camera::look_at(DVec3::ZERO, DVec3::NEG_Z, DVec3::Y, lens).unwrap();
+        (Prepared::new(scene).unwrap(), View::new(&camera, Viewport::new(150, 101).unwrap()))
+    }
+
+    /// What a surface is at the centre of a pixel does not depend on where its triangles meet.
+    #[test]
+    fn a_surface_shaded_at_centres_is_that_of_one_sample() {
+        let (prepared, view) = plane();
+        let linear = |antialias, edge_shading| {
+            let passes = Passes::NONE.with(Pass::Linear);
+            let settings = Settings { passes, antialias, edge_shading, ..Settings::default() };
+            let mut frame = Frame::default();
+            Renderer::default().render(&prepared, &view, &settings, &mut frame);
+            frame.linear
+        };
+        let one = linear(Antialias::None, EdgeShading::Covered);
+        let n_off = |other: Vec<Vec4>| {
+            let off = |(a, b): &(&Vec4, &Vec4)| (**a - **b).abs().max_element() > 1e-4;
+            one.iter().zip(&other).filter(off).count()
+        };
+        for antialias in [Antialias::Msaa2, Antialias::Msaa4, Antialias::Msaa8] {
+            assert_eq!(n_off(linear(antialias, EdgeShading::Centre)), 0, "{antialias:?}");
+            let n_covered = n_off(linear(antialias, EdgeShading::Covered));
+            assert!(n_covered > 10, "{antialias:?}: {n_covered}");
         }
     }
 

@@ -33,6 +33,8 @@ pub struct Settings {
     pub encoding: Encoding,
     /// How edges are smoothed. Data passes always take one sample at the pixel's centre.
     pub antialias: Antialias,
+    /// Where triangles are shaded that share a pixel with others, with several samples per pixel.
+    pub edge_shading: EdgeShading,
     /// How many pixels share a colour.
     pub shading_rate: ShadingRate,
     /// The arithmetic that puts vertices on the screen.
@@ -101,6 +103,7 @@ impl Settings {
             division: Division::Exact,
             encoding: Encoding::Exact,
             antialias: Antialias::Msaa4,
+            edge_shading: EdgeShading::Covered,
             shading_rate: ShadingRate::One,
             transforms: Transforms::default(),
             subpixel_bits: SubpixelBits::default(),
@@ -165,6 +168,18 @@ impl Antialias {
             Antialias::Ssaa16 => 4,
         }
     }
+}
+
+/// Where in a pixel a triangle is shaded that some of its samples see (`Msaa`).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum EdgeShading {
+    /// In the middle of those samples: inside the triangle. OpenGL calls it the centroid.
+    #[default]
+    Covered,
+    /// At the pixel's centre, as OpenGL, Vulkan and Direct3D have it unless told otherwise: for pictures to be
+    /// compared with theirs. It may lie outside of the triangle, whose colours are continued to there, or,
+    /// where single precision does not serve, taken from its edge.
+    Centre,
 }
 
 /// How many pixels of a triangle share a colour. The ray caster shades each.

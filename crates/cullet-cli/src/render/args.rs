@@ -5,9 +5,9 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use cullet::{
-    Antialias, Arithmetic, CullTest, DepthKind, Division, Encoding, Filter, Level, Light,
-    PointLight, Region, RendererKind, Resolution, Settings, Shading, ShadingRate, SubpixelBits,
-    Transforms,
+    Antialias, Arithmetic, CullTest, DepthKind, Division, EdgeShading, Encoding, Filter, Level,
+    Light, PointLight, Region, RendererKind, Resolution, Settings, Shading, ShadingRate,
+    SubpixelBits, Transforms,
 };
 use glam::{DVec3, Vec3, Vec4};
 
@@ -82,6 +82,11 @@ pub struct RenderArgs {
     /// --quality fast and with --accumulate, ssaa16 with --quality reference]
     #[arg(long, value_enum)]
     pub aa: Option<Antialiasing>,
+    /// Where a triangle is shaded that only some of a pixel's samples see (msaa): in the middle of those, or
+    /// at the pixel's centre, which may lie outside of it. With `--texture trilinear-log` the latter draws what
+    /// OpenGL would, but for its rounding
+    #[arg(long, value_enum, default_value = "covered")]
+    pub edge_shading: EdgeShadingName,
     /// Pixels of a triangle, along a side, that share a colour; edges stay where they are. The ray caster
     /// shades each pixel
     #[arg(long, value_enum, default_value = "1")]
@@ -234,8 +239,10 @@ pub enum TextureFilter {
     Nearest,
     /// Four texels of the nearest level
     Bilinear,
-    /// Four texels in each of two levels
+    /// Four texels in each of two levels, blended by the length of what a pixel covers
     Trilinear,
+    /// The same, blended by its logarithm, as OpenGL has it: blurs a little more
+    TrilinearLog,
     /// Up to sixteen trilinear samples along the longer side of what a pixel covers
     Anisotropic,
 }
@@ -247,6 +254,7 @@ impl TextureFilter {
             TextureFilter::Nearest => Filter::Nearest,
             TextureFilter::Bilinear => Filter::Bilinear,
             TextureFilter::Trilinear => Filter::Trilinear,
+            TextureFilter::TrilinearLog => Filter::TrilinearLog,
             TextureFilter::Anisotropic => Filter::Anisotropic,
         }
     }
@@ -311,6 +319,15 @@ pub enum Antialiasing {
     Ssaa4,
     /// Four by four pixels for each, all shaded
     Ssaa16,
+}
+
+/// `--edge-shading`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum EdgeShadingName {
+    /// In the middle of the samples that see it
+    Covered,
+    /// At the pixel's centre, as OpenGL has it
+    Centre,
 }
 
 /// `--shading-rate`.
@@ -523,6 +540,10 @@ impl RenderArgs {
             },
             accumulate: self.accumulate.unwrap_or(preset.accumulate),
             resolution: self.resolution.map_or(preset.resolution, ResolutionName::setting),
+            edge_shading: match self.edge_shading {
+                EdgeShadingName::Covered => EdgeShading::Covered,
+                EdgeShadingName::Centre => EdgeShading::Centre,
+            },
             shading_rate: match self.shading_rate {
                 ShadingRateName::One => ShadingRate::One,
                 ShadingRateName::Two => ShadingRate::Two,

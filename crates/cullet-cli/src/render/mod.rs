@@ -381,6 +381,7 @@ fn settings_json(
         "division": name(&args.division),
         "srgb": name(&args.srgb),
         "aa": name_of(settings.antialias, Antialiasing::setting),
+        "edge_shading": name(&args.edge_shading),
         "accumulate": settings.accumulate,
         "resolution": name_of(settings.resolution, ResolutionName::setting),
         "shading_rate": name(&args.shading_rate).and_then(|rate| rate.parse::<u32>().ok()),

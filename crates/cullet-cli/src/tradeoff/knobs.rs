@@ -5,8 +5,8 @@
 //! the budget is short, the last are left out first.
 
 use cullet::{
-    Antialias, Arithmetic, CullTest, DepthKind, Division, Encoding, Filter, Resolution, Settings,
-    Shading, ShadingRate, SubpixelBits, Transforms,
+    Antialias, Arithmetic, CullTest, DepthKind, Division, EdgeShading, Encoding, Filter,
+    Resolution, Settings, Shading, ShadingRate, SubpixelBits, Transforms,
 };
 
 use super::lamp::of_reach;
@@ -74,6 +74,7 @@ pub const KNOBS: &[Knob] = &[
         values: &[
             ("nearest", |s| s.filter = Filter::Nearest),
             ("bilinear", |s| s.filter = Filter::Bilinear),
+            ("trilinear-log", |s| s.filter = Filter::TrilinearLog),
             ("trilinear", |s| s.filter = Filter::Trilinear),
             ("anisotropic", |s| s.filter = Filter::Anisotropic),
         ],
@@ -179,6 +180,14 @@ pub const KNOBS: &[Knob] = &[
             ("8", |s| s.arithmetic = Arithmetic::Eight),
             ("16", |s| s.arithmetic = Arithmetic::Sixteen),
             ("float", |s| s.arithmetic = Arithmetic::Float),
+        ],
+    },
+    Knob {
+        name: "edge-shading",
+        metrics: &[Flip, EdgeRmse],
+        values: &[
+            ("centre", |s| s.edge_shading = EdgeShading::Centre),
+            ("covered", |s| s.edge_shading = EdgeShading::Covered),
         ],
     },
     Knob {

@@ -18,7 +18,7 @@ use super::column::{Column, Lanes, MOST_GROUPS, ROOM};
 use super::fixed::{self, Eight, Fixed, Sixteen};
 use super::run::Places;
 use super::turn::{fours, turned4};
-use crate::sampler::{Arithmetic, Filter, MOST_SAMPLES};
+use crate::sampler::{Arithmetic, Filter, LOG2, MOST_SAMPLES};
 use crate::texture::{STRIP, Texture};
 
 /// The most levels a texture can have here.
@@ -167,11 +167,11 @@ impl<'a> Sampler<'a> {
         let bits = longer2.bitcast::<V::Ints>();
         let level = (bits - 1.0_f32.to_bits() as i32) >> 24;
         let rest2 = (bits - (level << 24)).bitcast::<V>(); // of 1..4
-        let share = if self.filter == Filter::Bilinear {
+        let share = match self.filter {
             // Halfway goes to the finer level.
-            rest2.simd_gt(V::splat(simd, 2.0)).select(one, zero)
-        } else {
-            rest2.sqrt() - one
+            Filter::Bilinear => rest2.simd_gt(V::splat(simd, 2.0)).select(one, zero),
+            Filter::TrilinearLog => log2_of_1_to_2::<S, V>(rest2.sqrt()),
+            _ => rest2.sqrt() - one,
         };
         let lod = V::float_from(level) + share;
         let lod = lod.simd_lt(coarsest).select(lod, coarsest);
@@ -467,6 +467,14 @@ fn pair<S: Simd>(simd: S, channels: &[u16]) -> f32x8<S> {
     let (left, right) = u16x8::from_slice(simd, channels).widen();
     // Signed, which is one instruction.
     f32x8::float_from(left.combine(right).bitcast::<i32x8<S>>())
+}
+
+/// As in [`mod@crate::sampler`], to the bit.
+#[inline(always)]
+fn log2_of_1_to_2<S: Simd, V: Lanes<S>>(x: V) -> V {
+    let s = (x - 1.0) / (x + 1.0);
+    let s2 = s * s;
+    (((s2 * LOG2[3] + LOG2[2]) * s2 + LOG2[1]) * s2 + LOG2[0]) * s
 }
 
 /// A coordinate brought into 0..=1, where the picture is; what is not a number becomes 0.

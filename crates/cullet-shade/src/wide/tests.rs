@@ -76,7 +76,8 @@ fn levels_of(sampler: &sampler::Sampler<'_>, ddx: Vec2, ddy: Vec2, level: Level)
 #[test]
 fn levels_of_detail_are_those_of_the_plain_code() {
     let texture = Texture::new(&noise(64, 64, 5), Sampler::default());
-    let filters = [Filter::Bilinear, Filter::Trilinear, Filter::Oversampled(3)];
+    let filters =
+        [Filter::Bilinear, Filter::Trilinear, Filter::TrilinearLog, Filter::Oversampled(3)];
     // Lengths in texels around each level and each middle between two, and what is no length.
     let marks = (-4..9).flat_map(|i| [1.0, 1.5, 2.0_f32.sqrt()].map(|l| l * 2.0_f32.powi(i)));
     let around = marks.flat_map(|l: f32| (0..7).map(move |d| f32::from_bits(l.to_bits() - 3 + d)));
@@ -115,7 +116,12 @@ proptest! {
         let [place, ddx64, ddy64] = [uv, ddx, ddy].map(|v| v.as_dvec2());
         let lod = reference::lod(&texture, ddx64, ddy64, Filter::Trilinear);
         let level_is_clear = (lod.fract() - 0.5).abs() > 1e-5;
-        let blended = [Filter::Trilinear, Filter::Oversampled(1), Filter::Oversampled(4)];
+        let blended = [
+            Filter::Trilinear,
+            Filter::TrilinearLog,
+            Filter::Oversampled(1),
+            Filter::Oversampled(4),
+        ];
         let others = [Filter::Nearest, Filter::Bilinear, Filter::Anisotropic];
         for filter in others.into_iter().chain(blended) {
             let is_clear = match filter {
