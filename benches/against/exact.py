@@ -1,9 +1,12 @@
-"""llvmpipe's picture without its approximations of sRGB.
+"""llvmpipe's picture as it would be without what is only its own.
 
-llvmpipe converts texels and pixels from and to sRGB by polynomials and powers that are off by up to a few codes of 8 bits, and FLIP
-raises small differences (an exponent of .7). Here the same program draws into floats, from textures of floats: llvmpipe has nothing to
-convert then. Texels are made linear before they are handed over, and the picture is made sRGB after it was read back, both by
-IEC 61966-2-1 in double precision. What is not rounded to 8 bits then are samples, and levels of textures unless asked for.
+It converts texels and pixels from and to sRGB by polynomials and powers that are off by up to a few codes of 8 bits, and FLIP raises small
+differences (an exponent of .7). Here the same program draws into floats, from textures of floats: llvmpipe has nothing to convert then.
+Texels are made linear before they are handed over, and the picture is made sRGB after it was read back, both by IEC 61966-2-1 in double
+precision. What is not rounded to 8 bits then are samples, and levels of textures unless asked for.
+
+Rows of OpenGL's pictures go up, and so do the places of its samples: in a picture whose rows go down they are mirrored. Here it is the scene
+that is mirrored, so that samples lie as Direct3D and Vulkan have them.
 """
 import json
 import os
@@ -13,8 +16,15 @@ import tempfile
 # How levels of textures are kept: as means, or each rounded to 8-bit sRGB, the next one made of that.
 LEVELS = {"floats": 0, "codes": 1}
 
-# What the program says, and what is put in its place. Each has to be there once.
-CHANGES = [
+# Rows that go down.
+DOWN = [
+    ("gl_Position=vp*vec4(dot(r0,h),dot(r1,h),dot(r2,h),1.0);", "gl_Position=vp*vec4(dot(r0,h),dot(r1,h),dot(r2,h),1.0); gl_Position.y=-gl_Position.y;"),
+    ("glFrontFace((lf = o->flip) ? GL_CW : GL_CCW);", "glFrontFace((lf = o->flip) ? GL_CCW : GL_CW);"),
+    ("if (dump) { FILE *fo = fopen(dump, \"wb\"); for (int y = H - 1; y >= 0; y--)", "if (dump) { FILE *fo = fopen(dump, \"wb\"); for (int y = 0; y < H; y++)"),
+]
+
+# Nothing to convert. What the program says, and what is put in its place; each has to be there once.
+EXACT = [
     ("static const char *VS =",
      """static double linear_of(double c) { return c <= 0.04045 ? c / 12.92 : pow((c + 0.055) / 1.055, 2.4); }
 static double code_of(double x) { return floor(255 * (x <= 0.0031308 ? 12.92 * x : 1.055 * pow(x, 1 / 2.4) - 0.055) + 0.5); }
@@ -47,26 +57,26 @@ static const char *VS ="""),
 
 
 def picture(bench, scene, camera, aa, levels, out):
-    """Writes a .ppm of what llvmpipe draws, one frame, lambert."""
+    """Writes a .ppm of what llvmpipe draws with rows that go down, one frame, lambert; exactly, but for `levels` None."""
     with tempfile.TemporaryDirectory() as folder:
-        dump = os.path.join(folder, "linear")
+        dump = os.path.join(folder, "dump")
         args = [program(bench, levels), "--scene", scene, "--camera", camera, "--frames", "1", "--warmup", "0",
                 "--msaa", "4" if aa == "msaa4" else "0", "--cull", "--no-blend", "--dump", dump]
         subprocess.run(args, check=True, stdout=subprocess.DEVNULL)
-        write(dump, camera, out)
+        write(dump, camera, levels, out)
 
 
 def program(bench, levels):
     """Built once for each version of the source, beside the program it is made from."""
     import llvmpipe_render
-    exe = "%s_exact_%s" % (llvmpipe_render.build(), levels)
+    exe = "%s_down_%s" % (llvmpipe_render.build(), levels or "as_is")
     source = os.path.join(bench, "llvmpipe_render.c")
     newest = max(os.path.getmtime(source), os.path.getmtime(__file__))
     if os.path.exists(exe) and os.path.getmtime(exe) >= newest:
         return exe
     with open(source) as f:
         text = f.read()
-    for said, instead in CHANGES:
+    for said, instead in DOWN + (EXACT if levels else []):
         if text.count(said) != 1:
             raise RuntimeError("%s no longer says, once: %s" % (source, said))
         text = text.replace(said, instead)
@@ -74,19 +84,22 @@ def program(bench, levels):
         changed, built = os.path.join(folder, "exact.c"), os.path.join(folder, "exact")
         with open(changed, "w") as f:
             f.write(text)
-        subprocess.check_call(["gcc", "-O3", "-march=native", "-DCODES=%d" % LEVELS[levels], "-o", built, changed, "-lEGL", "-lpng", "-ljpeg", "-lz", "-lm"])
+        subprocess.check_call(["gcc", "-O3", "-march=native", "-DCODES=%d" % LEVELS.get(levels, 0), "-o", built, changed, "-lEGL", "-lpng", "-ljpeg", "-lz", "-lm"])
         os.replace(built, exe)
     return exe
 
 
-def write(dump, camera, out):
-    """Linear RGBA of floats, rows from the top, as codes of sRGB."""
+def write(dump, camera, levels, out):
+    """RGBA of 8 bits, or linear in floats if it is exact, as codes of sRGB."""
     import numpy
     with open(camera) as f:
         cam = json.load(f)
     width, height = cam.get("width", 1920), cam.get("height", 1080)
-    rgb = numpy.fromfile(dump, numpy.float32).reshape(height, width, 4)[:, :, :3].astype(numpy.float64).clip(0, 1)
-    codes = numpy.where(rgb <= .0031308, 12.92 * rgb, 1.055 * rgb ** (1 / 2.4) - .055)
+    rgb = numpy.fromfile(dump, numpy.float32 if levels else numpy.uint8).reshape(height, width, 4)[:, :, :3]
+    if levels:
+        rgb = rgb.astype(numpy.float64).clip(0, 1)
+        codes = numpy.where(rgb <= .0031308, 12.92 * rgb, 1.055 * rgb ** (1 / 2.4) - .055)
+        rgb = (255 * codes + .5).astype(numpy.uint8)
     with open(out, "wb") as f:
         f.write(b"P6 %d %d 255\n" % (width, height))
-        f.write((255 * codes + .5).astype(numpy.uint8).tobytes())
+        f.write(rgb.tobytes())

@@ -51,12 +51,12 @@ def compare(a, scene, aa, mode):
 
 
 def same_picture(a, jobs):
-    """What keeps the pictures apart: llvmpipe's with exact conversions (see `exact`), from its own and from Cullet's."""
+    """What keeps the pictures apart: llvmpipe's with rows that go down and with exact conversions (see `exact`)."""
     for scene in jobs:
         for aa in a.aa:
             row = dict(scene=scene.name, aa=aa, mode="shaded")
             with tempfile.TemporaryDirectory() as folder:
-                ours, theirs, exactly = (os.path.join(folder, name) for name in ("ours.png", "theirs.png", "exact.ppm"))
+                ours, theirs, down, exactly = (os.path.join(folder, name) for name in ("ours.png", "theirs.png", "down.ppm", "exact.ppm"))
                 try:
                     runners.cullet(a.cullet, scene.path, scene.camera, aa, "shaded", 2, 1, ours)
                 except runners.NotThere:
@@ -64,9 +64,11 @@ def same_picture(a, jobs):
                     continue
                 runners.llvmpipe(scene.path, scene.camera, aa, "shaded", 2, 1, .01, 2, "draws", out=theirs, warmup=0)
                 row["as_is"] = pictures.flip(a.cullet, theirs, ours)
+                exact.picture(a.bench, scene.path, scene.camera, aa, None, down)
+                row["down"] = pictures.flip(a.cullet, down, ours)
                 for levels in exact.LEVELS:
                     exact.picture(a.bench, scene.path, scene.camera, aa, levels, exactly)
-                    row[levels] = dict(own=pictures.flip(a.cullet, theirs, exactly), ours=pictures.flip(a.cullet, exactly, ours))
+                    row[levels] = dict(own=pictures.flip(a.cullet, down, exactly), ours=pictures.flip(a.cullet, exactly, ours))
             yield row
 
 

@@ -36,7 +36,7 @@ def line(row):
             what, row["theirs"]["median"], row["ours"]["median"], ratio(row), cpu_ratio(row), agree)
     if row["part"] == "pictures":
         exact = ", ".join("%s: own %.4f, ours %.4f" % (levels, row[levels]["own"], row[levels]["ours"]) for levels in LEVELS)
-        return "%s: flip %.4f; exact, %s" % (what, row["as_is"], exact)
+        return "%s: flip %.4f, rows down %.4f; exact, %s" % (what, row["as_is"], row["down"], exact)
     if row["part"] == "turning":
         return "%s: still %.2f turning %.2f ms, llvmpipe %.2f" % (what, row["still_ms"], row["turning_ms"], row["theirs"])
     if row["part"] == "process":
@@ -184,13 +184,14 @@ def stages(frames):
 def same_picture(rows):
     def marked(flip):
         return "%.4f" % flip if flip <= pictures.FLIP_LIMIT else "**%.4f**" % flip
-    body = [[r["scene"], r["aa"], marked(r["as_is"])] + [marked(r[levels][which]) for which in ("own", "ours") for levels in LEVELS] for r in rows]
-    head = ["scene", "aa", "Cullet, as llvmpipe draws"] + ["%s, %s" % (who, levels) for who in ("llvmpipe exact, from itself", "from Cullet") for levels in LEVELS]
+    body = [[r["scene"], r["aa"], marked(r["as_is"]), marked(r["down"])] + [marked(r[levels][which]) for which in ("own", "ours") for levels in LEVELS] for r in rows]
+    head = ["scene", "aa", "Cullet, as llvmpipe draws", "the same, rows down"] + ["%s, %s" % (who, levels) for who in ("llvmpipe exact, from itself", "from Cullet") for levels in LEVELS]
     return ("""## What keeps the pictures apart
 
 Mean FLIP at 1920x1080 (at most %.2f asked for; what is above is set in bold). llvmpipe converts from and to sRGB by approximations, and
-keeps textures and pixels in 8 bits. The other columns are of pictures that it drew into floats from textures of floats, so that it
-had nothing to convert: those were made linear before, and the picture was made sRGB afterwards, exactly. `floats`: levels of
+keeps textures and pixels in 8 bits; as OpenGL's rows go up, its samples lie mirrored in a picture whose rows go down. `rows down`, and all
+columns that follow: it drew the scene mirrored, so that samples lie alike. `exact`: it drew into floats from textures of floats, so that
+it had nothing to convert: those were made linear before, and the picture was made sRGB afterwards, exactly. `floats`: levels of
 textures are means, not rounded. `codes`: each level is rounded to 8-bit sRGB, and the next one made of that.
 
 """ % pictures.FLIP_LIMIT + table(head, body))

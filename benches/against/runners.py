@@ -17,10 +17,14 @@ def pin(cores):
     return lambda: os.sched_setaffinity(0, cpus)
 
 
+# What OpenGL does otherwise than Cullet's defaults: the blend of two levels of a texture, and where triangles are shaded that share a pixel.
+AS_OPENGL = ["--texture", "trilinear-log", "--edge-shading", "centre"]
+
+
 def cullet_args(exe, scene, camera, aa, mode, threads, out):
     passes = "depth" if mode == "depth" else "color"
     return [exe, "render", scene, "--camera", camera, "-o", out, "--shading", "lambert", "--aa", aa,
-            "--passes", passes, "--threads", str(threads)]
+            "--passes", passes, "--threads", str(threads)] + AS_OPENGL
 
 
 def cullet(exe, scene, camera, aa, mode, cores, frames, out):

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use cullet::scene::synth::{NAMES, synth};
 use cullet::scene::{Images, LoadOptions, Scene};
-use cullet::{LoadTimes, load, load_glb_bytes};
+use cullet::{LoadTimes, load, load_glb_bytes, load_glb_bytes_to_draw, load_to_draw};
 
 use crate::exit::Failure;
 use crate::message::Progress;
@@ -74,6 +74,24 @@ impl Source {
 
     /// Loads or computes the scene, on `threads` threads (0: one per core); says what took how long.
     pub fn load(&self, threads: usize, images: Images) -> Result<(Scene, LoadTimes), Failure> {
+        self.load_for(threads, images, false)
+    }
+
+    /// [`Source::load`] where the scene is to be drawn, see [`cullet::load_to_draw`].
+    pub fn load_to_draw(
+        &self,
+        threads: usize,
+        images: Images,
+    ) -> Result<(Scene, LoadTimes), Failure> {
+        self.load_for(threads, images, true)
+    }
+
+    fn load_for(
+        &self,
+        threads: usize,
+        images: Images,
+        to_draw: bool,
+    ) -> Result<(Scene, LoadTimes), Failure> {
         let _progress = Progress::show("loading");
         let options = &LoadOptions { images, ..self.limits() };
         if self.path == Path::new("-") {
@@ -82,12 +100,14 @@ impl Source {
             let mut input = stdin().lock().take(options.max_file_bytes.saturating_add(1));
             let read = input.read_to_end(&mut bytes);
             read.map_err(|error| Failure::input(format!("standard input: {error}")))?;
-            return Ok(load_glb_bytes(bytes, "standard input", options, threads)?);
+            let load = if to_draw { load_glb_bytes_to_draw } else { load_glb_bytes };
+            return Ok(load(bytes, "standard input", options, threads)?);
         }
         let path = self.path.to_str().unwrap_or_default();
         if let Some(spec) = path.strip_prefix("synth:") {
             return Ok((synth(spec).map_err(Failure::usage)?, LoadTimes::default()));
         }
+        let load = if to_draw { load_to_draw } else { load };
         load(&self.path, options, threads).map_err(|error| {
             let mut failure = Failure::from(error);
             if is_name(path) && !self.path.exists() {

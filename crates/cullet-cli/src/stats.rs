@@ -94,7 +94,7 @@ struct Parts {
     geometry: f64,
     /// Of `load`: pixels of images.
     images: f64,
-    /// Of `prepare`: smaller copies of images.
+    /// Of `load` and `prepare`: smaller copies of images.
     pyramids: f64,
     /// Of `prepare`: meshes cut into clusters.
     clusters: f64,
@@ -180,7 +180,7 @@ impl<'a> Report<'a> {
             parts: Parts {
                 geometry: ms(around.load_times.geometry),
                 images: ms(around.load_times.images),
-                pyramids: ms(around.prepare_times.pyramids),
+                pyramids: ms(around.load_times.pyramids + around.prepare_times.pyramids),
                 clusters: ms(around.prepare_times.clusters),
             },
             total: ms(around.load + around.prepare + stats.total + around.encode),

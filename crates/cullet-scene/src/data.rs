@@ -5,6 +5,9 @@
 //! space, `world_from_*` matrices take it to world space (right-handed, y up). Colours are
 //! linear; image bytes are as the file has them (sRGB encoded for base colours).
 
+use std::any::Any;
+use std::sync::Arc;
+
 use glam::{Affine2, DAffine3, Vec2, Vec3, Vec4};
 
 /// A loaded scene.
@@ -172,6 +175,9 @@ pub struct Image {
     pub rgba: Vec<u8>,
     /// The real image could not be read and this is the visible stand-in.
     pub placeholder: bool,
+    /// What who loads the scene has made of the pixels, see [`Task::run_with`](crate::Task::run_with); they may have
+    /// moved into it. Loading itself leaves it empty.
+    pub derived: Option<Arc<dyn Any + Send + Sync>>,
 }
 
 /// A camera that the file has.

@@ -16,7 +16,7 @@ use zune_core::options::DecoderOptions;
 use zune_jpeg::JpegDecoder;
 
 use crate::Image;
-use crate::tasks::{Run, Task, TaskKind};
+use crate::tasks::{Run, Task};
 
 /// Why there are no pixels.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -128,10 +128,13 @@ pub(crate) fn decode_all<'t>(
     // The longest first: what is left at the end for one thread alone should be short.
     jobs.sort_by_key(|(encoded, _)| Reverse(encoded.n_pixels()));
     let tasks = jobs.into_iter().map(|(encoded, places)| {
-        Task::new(TaskKind::Image, move || {
+        Task::image(move |finish| {
             let mut places = places.into_iter();
             let first = places.next().expect("every file has a place");
             *first = encoded.decode();
+            if let Ok(image) = first {
+                finish(image);
+            }
             places.for_each(|place| *place = first.clone());
         })
     });
@@ -163,6 +166,8 @@ pub(crate) fn placeholder() -> Image {
 mod tests {
     use super::*;
     use image::{DynamicImage, GrayImage, ImageBuffer, Luma};
+
+    use crate::tasks::TaskKind;
 
     fn encode(image: DynamicImage, format: ImageFormat) -> Vec<u8> {
         let mut bytes = Cursor::new(Vec::new());

@@ -19,5 +19,5 @@ pub use data::*;
 pub use error::{ErrorKind, LoadError};
 pub use load::{load, load_glb_bytes, load_glb_bytes_with, load_with};
 pub use options::{Images, LoadOptions};
-pub use tasks::{Run, Task, TaskKind, in_turn};
+pub use tasks::{Finish, Run, Task, TaskKind, in_turn};
 pub use write::{WriteError, write_glb};

@@ -2,12 +2,17 @@
 
 use std::fmt;
 
+use crate::Image;
+
 /// An independent piece of work that borrows for `'t`.
 pub struct Task<'t> {
     /// What it is about, for statistics.
     pub kind: TaskKind,
-    work: Box<dyn FnOnce() + Send + 't>,
+    work: Box<dyn FnOnce(Finish<'_>) + Send + 't>,
 }
+
+/// What is done to an image once it is decoded.
+pub type Finish<'f> = &'f dyn Fn(&mut Image);
 
 /// What a [`Task`] is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,12 +26,23 @@ pub enum TaskKind {
 impl<'t> Task<'t> {
     /// A task that does `work`.
     pub(crate) fn new(kind: TaskKind, work: impl FnOnce() + Send + 't) -> Task<'t> {
-        Task { kind, work: Box::new(work) }
+        Task { kind, work: Box::new(|_| work()) }
+    }
+
+    /// A task that decodes an image, and has it finished before it goes anywhere.
+    pub(crate) fn image(work: impl FnOnce(Finish<'_>) + Send + 't) -> Task<'t> {
+        Task { kind: TaskKind::Image, work: Box::new(work) }
     }
 
     /// Does it.
     pub fn run(self) {
-        (self.work)();
+        self.run_with(&|_| ());
+    }
+
+    /// Does it; an image that could be decoded is given to `finish` at once, so that what is to be made of it need
+    /// not wait for the rest of the scene. `finish` may move its pixels into [`Image::derived`]; it has no name yet.
+    pub fn run_with(self, finish: Finish<'_>) {
+        (self.work)(finish);
     }
 }
 

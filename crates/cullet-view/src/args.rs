@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Parser;
 use cullet::scene::synth::synth;
 use cullet::scene::{LoadOptions, Scene};
-use cullet::{Camera, camera_of, load};
+use cullet::{Camera, camera_of, load_to_draw};
 use cullet_view::HELP;
 
 use crate::{Failure, INPUT, USAGE};
@@ -67,7 +67,7 @@ impl Args {
         };
         match self.scene.to_str().and_then(|path| path.strip_prefix("synth:")) {
             Some(spec) => synth(spec).map_err(|error| Failure::new(USAGE, error)),
-            None => Ok(load(&self.scene, &options, 0)?.0),
+            None => Ok(load_to_draw(&self.scene, &options, 0)?.0),
         }
     }
 

@@ -60,7 +60,7 @@ pub use frame::{Frame, Region};
 pub use framing::{DEFAULT_DIRECTION, frame_direction, frame_scene};
 pub use items::Item;
 pub use legend::{LegendEntry, legend};
-pub use loading::{LoadTimes, load, load_glb_bytes};
+pub use loading::{LoadTimes, load, load_glb_bytes, load_glb_bytes_to_draw, load_to_draw};
 pub use passes::{Pass, Passes};
 pub use prepared::{PrepareError, Prepared};
 pub use preparing::PrepareTimes;

@@ -1,11 +1,15 @@
-//! Loading on several cores: images are decoded while geometry is read.
+//! Loading on several cores: images are decoded, and made into pyramids if wanted, while geometry is read.
 
+use std::cell::Cell;
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-use cullet_scene::{LoadError, LoadOptions, Scene, Task, TaskKind, load_glb_bytes_with, load_with};
+use cullet_scene::{
+    Image, LoadError, LoadOptions, Scene, Task, TaskKind, load_glb_bytes_with, load_with,
+};
 
+use crate::preparing::derive;
 use crate::schedule::{for_each, thread_count};
 
 /// Time that parts of loading took, all threads together: parts overlap, so the sum may be more
@@ -16,6 +20,8 @@ pub struct LoadTimes {
     pub geometry: Duration,
     /// Pixels of images.
     pub images: Duration,
+    /// Smaller copies of images, where the scene is [loaded to be drawn](load_to_draw).
+    pub pyramids: Duration,
 }
 
 /// [`cullet_scene::load`] on `threads` threads, 0 for one per core. The scene, its warnings and
@@ -25,9 +31,22 @@ pub fn load(
     options: &LoadOptions,
     threads: usize,
 ) -> Result<(Scene, LoadTimes), LoadError> {
-    let clock = Clock::new(threads);
-    let scene = load_with(path, options, &|tasks| clock.run(tasks))?;
-    Ok((scene, clock.times()))
+    let workers = Workers::new(threads, false);
+    let scene = load_with(path, options, &|tasks| workers.run(tasks))?;
+    Ok((scene, workers.times()))
+}
+
+/// [`load`] for a scene that is going to be [prepared](crate::Prepared): each image is made into a pyramid where it has
+/// been decoded, with its pixels still at hand. The scene draws the same, but its images have no pixels any more;
+/// what became of them is in [`Image::derived`].
+pub fn load_to_draw(
+    path: &Path,
+    options: &LoadOptions,
+    threads: usize,
+) -> Result<(Scene, LoadTimes), LoadError> {
+    let workers = Workers::new(threads, true);
+    let scene = load_with(path, options, &|tasks| workers.run(tasks))?;
+    Ok((scene, workers.times()))
 }
 
 /// [`cullet_scene::load_glb_bytes`] on `threads` threads, 0 for one per core.
@@ -37,22 +56,36 @@ pub fn load_glb_bytes(
     options: &LoadOptions,
     threads: usize,
 ) -> Result<(Scene, LoadTimes), LoadError> {
-    let clock = Clock::new(threads);
-    let scene = load_glb_bytes_with(bytes, name, options, &|tasks| clock.run(tasks))?;
-    Ok((scene, clock.times()))
+    let workers = Workers::new(threads, false);
+    let scene = load_glb_bytes_with(bytes, name, options, &|tasks| workers.run(tasks))?;
+    Ok((scene, workers.times()))
+}
+
+/// [`load_glb_bytes`] as [`load_to_draw`] has it.
+pub fn load_glb_bytes_to_draw(
+    bytes: Vec<u8>,
+    name: &str,
+    options: &LoadOptions,
+    threads: usize,
+) -> Result<(Scene, LoadTimes), LoadError> {
+    let workers = Workers::new(threads, true);
+    let scene = load_glb_bytes_with(bytes, name, options, &|tasks| workers.run(tasks))?;
+    Ok((scene, workers.times()))
 }
 
 /// Runs tasks and adds up how long they take, in nanoseconds.
-struct Clock {
+struct Workers {
     threads: usize,
+    makes_pyramids: bool,
     geometry: AtomicU64,
     images: AtomicU64,
+    pyramids: AtomicU64,
 }
 
-impl Clock {
-    fn new(threads: usize) -> Clock {
-        let threads = thread_count(threads);
-        Clock { threads, geometry: AtomicU64::new(0), images: AtomicU64::new(0) }
+impl Workers {
+    fn new(threads: usize, makes_pyramids: bool) -> Workers {
+        let [geometry, images, pyramids] = [const { AtomicU64::new(0) }; 3];
+        Workers { threads: thread_count(threads), makes_pyramids, geometry, images, pyramids }
     }
 
     fn run(&self, tasks: Vec<Task<'_>>) {
@@ -62,16 +95,29 @@ impl Clock {
                 TaskKind::Image => &self.images,
             };
             let start = Instant::now();
-            task.run();
-            sum.fetch_add(start.elapsed().as_nanos() as u64, Ordering::Relaxed);
+            let for_pyramids = Cell::new(Duration::ZERO);
+            task.run_with(&|image: &mut Image| {
+                if self.makes_pyramids {
+                    let start = Instant::now();
+                    derive(image);
+                    for_pyramids.set(start.elapsed());
+                }
+            });
+            let for_pyramids = for_pyramids.get();
+            add(sum, start.elapsed() - for_pyramids);
+            add(&self.pyramids, for_pyramids);
         });
     }
 
     fn times(self) -> LoadTimes {
-        let [geometry, images] =
-            [self.geometry, self.images].map(|sum| Duration::from_nanos(sum.into_inner()));
-        LoadTimes { geometry, images }
+        let [geometry, images, pyramids] = [self.geometry, self.images, self.pyramids]
+            .map(|sum| Duration::from_nanos(sum.into_inner()));
+        LoadTimes { geometry, images, pyramids }
     }
+}
+
+fn add(sum: &AtomicU64, took: Duration) {
+    sum.fetch_add(took.as_nanos() as u64, Ordering::Relaxed);
 }
 
 #[cfg(test)]
@@ -80,6 +126,7 @@ mod tests {
     use cullet_scene::write_glb;
 
     use super::*;
+    use crate::preparing::make;
 
     #[test]
     fn threads_do_not_show() {
@@ -100,6 +147,29 @@ mod tests {
             let one = format!("{:?}", load(1));
             for threads in [2, 5, 0] {
                 assert!(format!("{:?}", load(threads)) == one, "{threads}");
+            }
+        }
+    }
+
+    #[test]
+    fn pyramids_are_those_of_the_pixels() {
+        let bytes = write_glb(&synth("showpiece").unwrap()).unwrap();
+        let options = LoadOptions::default();
+        let (mut plain, times) = load_glb_bytes(bytes.clone(), "t.glb", &options, 1).unwrap();
+        assert!(plain.images.iter().all(|image| image.derived.is_none() && !image.rgba.is_empty()));
+        assert_eq!(times.pyramids, Duration::ZERO);
+        let plain = make(&mut plain, 1);
+        for threads in [1, 2, 5] {
+            let (mut scene, _) =
+                load_glb_bytes_to_draw(bytes.clone(), "t.glb", &options, threads).unwrap();
+            let is_moved = |image: &Image| image.derived.is_some() && image.rgba.is_empty();
+            assert!(!scene.images.is_empty() && scene.images.iter().all(is_moved));
+            // What is made of a copy is made for the scene as well.
+            for made in [make(&mut scene.clone(), threads), make(&mut scene, threads)] {
+                assert_eq!(made.textures.len(), plain.textures.len());
+                for (made, plain) in made.textures.iter().zip(&plain.textures) {
+                    assert!(made.mips.levels().eq(plain.mips.levels()), "{threads} threads");
+                }
             }
         }
     }

@@ -53,8 +53,14 @@ pub(crate) fn make(scene: &mut Scene, threads: usize) -> Made {
     let mut is_shown = vec![false; scene.images.len()];
     first.iter().for_each(|&image| is_shown[image] = true);
     let mips: Vec<OnceLock<Arc<Mips>>> = scene.images.iter().map(|_| OnceLock::new()).collect();
-    let images = scene.images.iter_mut().map(std::mem::take).zip(&mips).zip(is_shown);
-    let mut images: Vec<_> = images.filter_map(|(job, is_shown)| is_shown.then_some(job)).collect();
+    let all = scene.images.iter_mut().map(std::mem::take).zip(&mips).zip(is_shown);
+    let mut images = Vec::new();
+    for (image, mips) in all.filter_map(|(job, is_shown)| is_shown.then_some(job)) {
+        match pyramid_of(&image) {
+            Some(pyramid) => drop(mips.set(pyramid)),
+            None => images.push((image, mips)),
+        }
+    }
     images.sort_by_key(|(image, _)| Reverse(image.rgba.len()));
 
     let mut clusters = vec![Clusters::default(); scene.meshes.len()];
@@ -96,14 +102,39 @@ fn timed(sum: &AtomicU64, work: impl FnOnce()) {
     sum.fetch_add(start.elapsed().as_nanos() as u64, Ordering::Relaxed);
 }
 
-/// The image a texture shows, or one with the same pixels that an earlier one shows.
+/// Moves the pixels of an image into a pyramid, which takes their place.
+pub(crate) fn derive(image: &mut Image) {
+    let Image { width, height, .. } = *image;
+    let rgba = std::mem::take(&mut image.rgba);
+    let pixels = Image { width, height, rgba, ..Image::default() };
+    image.derived = Some(Arc::new(Mips::new(pixels)));
+}
+
+/// That of an image of which one has been made.
+fn pyramid_of(image: &Image) -> Option<Arc<Mips>> {
+    Arc::clone(image.derived.as_ref()?).downcast().ok()
+}
+
+/// What images are equal by.
+#[derive(PartialEq, Eq, PartialOrd, Ord)]
+enum Key<'s> {
+    Pixels(u32, u32, &'s [u8]),
+    /// The address of what took the place of the pixels; files of the same bytes have the same.
+    Derived(usize),
+}
+
+/// The image a texture shows, or one that is equal and that an earlier one shows.
 fn first_equal<'s>(
     scene: &'s Scene,
     texture: &scene::Texture,
-    known: &mut BTreeMap<(u32, u32, &'s [u8]), usize>,
+    known: &mut BTreeMap<Key<'s>, usize>,
 ) -> usize {
-    let Image { width, height, rgba, .. } = &scene.images[texture.image];
-    *known.entry((*width, *height, rgba)).or_insert(texture.image)
+    let Image { width, height, rgba, derived, .. } = &scene.images[texture.image];
+    let key = match derived {
+        Some(derived) => Key::Derived(Arc::as_ptr(derived).addr()),
+        None => Key::Pixels(*width, *height, rgba),
+    };
+    *known.entry(key).or_insert(texture.image)
 }
 
 #[cfg(test)]

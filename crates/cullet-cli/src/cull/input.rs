@@ -46,7 +46,7 @@ pub struct Shot {
 pub fn read(args: &CullArgs) -> Result<Input, Failure> {
     match (args.source(), &args.boxes) {
         (Some(source), _) => {
-            let (scene, _) = source.load(0, Images::BaseColors)?;
+            let (scene, _) = source.load_to_draw(0, Images::BaseColors)?;
             warn(&scene.warnings);
             let prepared = Prepared::new(scene).map_err(Failure::limit)?;
             let boxes: Vec<Aabb> = prepared.items().iter().map(|item| item.bounds).collect();

@@ -46,7 +46,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let mut outputs = Outputs::open(&targets)?;
 
     let start = Instant::now();
-    let (scene, load_times) = args.source.load(settings.threads, images(&settings))?;
+    let (scene, load_times) = args.source.load_to_draw(settings.threads, images(&settings))?;
     let load = start.elapsed();
     let (mut warnings, left_out) = (scene.warnings.clone(), scene.left_out.clone());
     let start = Instant::now();

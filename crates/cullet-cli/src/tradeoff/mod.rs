@@ -127,7 +127,8 @@ struct Loaded {
 
 impl Loaded {
     fn new(path: &Path, args: &TradeoffArgs) -> Result<Loaded, Failure> {
-        let (scene, _) = Source::new(path.to_owned(), args.limits).load(0, Images::BaseColors)?;
+        let (scene, _) =
+            Source::new(path.to_owned(), args.limits).load_to_draw(0, Images::BaseColors)?;
         warn(&scene.warnings);
         let prepared = Prepared::new(scene)?;
         let camera = args.camera.clone().unwrap_or_else(|| first_camera(&prepared));

@@ -204,7 +204,7 @@ fn paint(name: &str, [width, height]: [u32; 2], color: impl Fn(DVec2) -> [u8; 4]
             rgba.extend(color(centre / DVec2::new(f64::from(width), f64::from(height))));
         }
     }
-    Image { name: name.into(), width, height, rgba, placeholder: false }
+    Image { name: name.into(), width, height, rgba, ..Image::default() }
 }
 
 /// Rounds to 64 steps per channel: PNG packs that a third smaller.

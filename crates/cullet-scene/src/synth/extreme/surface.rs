@@ -106,7 +106,7 @@ fn noise([width, height]: [u32; 2], seed: u32) -> Image {
         [tone(0), tone(1), tone(2), 255]
     };
     let rgba = (0..width * height).flat_map(texel).collect();
-    Image { name: format!("noise {seed}"), width, height, rgba, placeholder: false }
+    Image { name: format!("noise {seed}"), width, height, rgba, ..Image::default() }
 }
 
 /// A sphere of denormal numbers, which keep 9 bits and less; two nodes bring it to size.
