@@ -30,11 +30,11 @@ pub struct RenderArgs {
     #[arg(long, value_name = "auto|INDEX|NAME|FILE.json", default_value = "auto")]
     pub camera: String,
     /// Size of the picture in pixels [default: that of the camera file, or else 1280x720]
-    #[arg(long, value_name = "WxH", value_parser = size)]
+    #[arg(long, value_name = "WxH", value_parser = size, allow_hyphen_values = true)]
     pub size: Option<(u32, u32)>,
     /// Draw only these pixels of the picture; the origin is at the top left. The depth pass as
     /// integers still takes the time of the whole picture, whose range its greys span
-    #[arg(long, value_name = "X,Y,W,H", value_parser = region)]
+    #[arg(long, value_name = "X,Y,W,H", value_parser = region, allow_hyphen_values = true)]
     pub region: Option<Region>,
     /// How surfaces answer to light
     #[arg(long, value_enum, default_value = "lambert")]

@@ -244,11 +244,24 @@ fn presets_are_sets_of_options_and_explicit_options_beat_them() {
     assert_eq!((&fast.1["aa"], &fast.1["quality"]), (&"none".into(), &"fast".into()));
     let smooth = render("--quality fast --aa msaa4");
     assert_eq!(smooth.0, plain.0);
+    let [log, centre] = ["--texture trilinear-log", "--edge-shading centre"].map(&render);
+    assert!(log.0 != plain.0 && centre.0 != plain.0 && log.0 != centre.0);
+    assert_eq!(
+        (&log.1["texture"], &centre.1["edge_shading"]),
+        (&"trilinear-log".into(), &"centre".into())
+    );
+    assert_eq!(render("--aa none --edge-shading centre").0, fast.0);
     let [half, adaptive] = ["half", "adaptive"].map(|name| render(&format!("--resolution {name}")));
     assert!(half.0 != plain.0 && adaptive.0 != half.0);
     assert_eq!(adaptive.1["resolution"], "adaptive");
     folder.fails(2, "--accumulate", "render synth:knots -o x.png --accumulate 0");
     folder.fails(2, "-1 is not in 1..=65536", "render synth:knots -o x.png --accumulate -1");
+    folder.fails(2, "give width x height", "render synth:knots -o x.png --size -1x4");
+    folder.fails(
+        2,
+        "give left, top, width, height",
+        "render synth:knots -o x.png --region -1,2,3,4",
+    );
     folder.fails(2, "pixels, 0 or more", "render synth:knots -o x.png --min-size -1");
 }
 
