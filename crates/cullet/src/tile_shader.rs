@@ -467,7 +467,7 @@ fn blocks(rect: Region) -> impl Iterator<Item = [u32; 2]> {
 mod tests {
     use cullet_raster::NO_TRIANGLE;
     use cullet_scene::synth::synth;
-    use cullet_shade::PointLight;
+    use cullet_shade::{Arithmetic, Division, Encoding, Filter, PointLight};
     use cullet_transform::{PlaneMask, Viewport};
     use glam::{DVec3, Vec3};
 
@@ -668,6 +668,34 @@ mod tests {
             assert!(pictures[0] == frame(prepared, view, &settings()).linear);
             assert!(pictures[3] != pictures[0]);
         }
+    }
+
+    /// Whatever else is asked of shading, what a light does not reach is as without it.
+    #[test]
+    fn a_light_that_ends_is_skipped_beside_every_other_choice() {
+        let plain = settings();
+        let choices = [
+            Settings { division: Division::Approximate, ..plain },
+            Settings { encoding: Encoding::Table, ..plain },
+            Settings { filter: Filter::Anisotropic, ..plain },
+            Settings { arithmetic: Arithmetic::Sixteen, ..plain },
+        ];
+        let mut n_lit = [0; 4];
+        for (prepared, view) in &scenes() {
+            let bounds = prepared.bounds();
+            let size = bounds.half_extent().length();
+            for (i, choice) in choices.iter().enumerate() {
+                let place = bounds.center() + DVec3::new(0.2, 0.2, 0.3) * size;
+                let color = Vec3::new(9.0, 5.0, 2.0);
+                let light = PointLight::new(place, color, (0.3 * size) as f32).unwrap();
+                let lit = Settings { point_light: Some(light), ..*choice };
+                let all = Settings { cull: CullTest::None, ..lit };
+                let lit = frame(prepared, view, &lit);
+                assert!(frame(prepared, view, &all).linear == lit.linear, "choice {i}");
+                n_lit[i] += usize::from(frame(prepared, view, choice).linear != lit.linear);
+            }
+        }
+        assert!(n_lit.iter().all(|n| *n >= 2), "{n_lit:?}");
     }
 
     #[test]

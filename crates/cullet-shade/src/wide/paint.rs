@@ -446,7 +446,8 @@ impl Paint<'_> {
         }
         if !matches!(self.light, Lit::No) {
             let light: V = stage.light.get(simd, i);
-            rgb = if POINT {
+            // The special copy serves paints with a light and without.
+            rgb = if POINT && self.point.is_some() {
                 let [r, g, b] = &stage.lights;
                 [
                     rgb[0] * (light + r.get::<S, V>(simd, i)),
