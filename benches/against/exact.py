@@ -1,4 +1,4 @@
-"""llvmpipe's picture as it would be without what is only its own.
+"""llvmpipe's picture as it would be without approximations of sRGB, and with samples where others have them.
 
 It converts texels and pixels from and to sRGB by polynomials and powers that are off by up to a few codes of 8 bits, and FLIP raises small
 differences (an exponent of .7). Here the same program draws into floats, from textures of floats: llvmpipe has nothing to convert then.

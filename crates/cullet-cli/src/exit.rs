@@ -80,6 +80,7 @@ impl From<PrepareError> for Failure {
     fn from(error: PrepareError) -> Failure {
         match error {
             PrepareError::TooManyTriangles { .. } => Failure::limit(error),
+            PrepareError::NoPixels { .. } => Failure::input(error),
         }
     }
 }

@@ -5,10 +5,9 @@
 //! space, `world_from_*` matrices take it to world space (right-handed, y up). Colours are
 //! linear; image bytes are as the file has them (sRGB encoded for base colours).
 
-use std::any::Any;
-use std::sync::Arc;
-
 use glam::{Affine2, DAffine3, Vec2, Vec3, Vec4};
+
+use crate::Derived;
 
 /// A loaded scene.
 #[derive(Clone, Debug, Default)]
@@ -177,7 +176,7 @@ pub struct Image {
     pub placeholder: bool,
     /// What who loads the scene has made of the pixels, see [`Task::run_with`](crate::Task::run_with); they may have
     /// moved into it. Loading itself leaves it empty.
-    pub derived: Option<Arc<dyn Any + Send + Sync>>,
+    pub derived: Option<Derived>,
 }
 
 /// A camera that the file has.

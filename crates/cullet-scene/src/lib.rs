@@ -4,6 +4,7 @@
 //! nothing after it can.
 
 mod data;
+mod derived;
 mod error;
 mod files;
 mod gltf;
@@ -16,6 +17,7 @@ mod tasks;
 mod write;
 
 pub use data::*;
+pub use derived::Derived;
 pub use error::{ErrorKind, LoadError};
 pub use load::{load, load_glb_bytes, load_glb_bytes_with, load_with};
 pub use options::{Images, LoadOptions};

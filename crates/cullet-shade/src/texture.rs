@@ -50,14 +50,14 @@ impl Texture {
 }
 
 /// An image and its smaller copies: 8/3 of the memory of the image, and the ends of rows twice.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Mips {
     texels: Vec<u16>,
     sizes: Vec<Size>,
 }
 
 /// Where a level lies among the texels of all.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Size {
     width: u32,
     height: u32,

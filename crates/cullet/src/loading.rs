@@ -3,13 +3,14 @@
 use std::cell::Cell;
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use cullet_scene::{
-    Image, LoadError, LoadOptions, Scene, Task, TaskKind, load_glb_bytes_with, load_with,
+    Derived, Image, LoadError, LoadOptions, Scene, Task, TaskKind, load_glb_bytes_with, load_with,
 };
+use cullet_shade::Mips;
 
-use crate::preparing::derive;
 use crate::schedule::{for_each, thread_count};
 
 /// Time that parts of loading took, all threads together: parts overlap, so the sum may be more
@@ -76,16 +77,18 @@ pub fn load_glb_bytes_to_draw(
 /// Runs tasks and adds up how long they take, in nanoseconds.
 struct Workers {
     threads: usize,
-    makes_pyramids: bool,
+    /// The pyramids that have been made; `None` where images keep their pixels.
+    made: Option<Mutex<Vec<Arc<Mips>>>>,
     geometry: AtomicU64,
     images: AtomicU64,
     pyramids: AtomicU64,
 }
 
 impl Workers {
-    fn new(threads: usize, makes_pyramids: bool) -> Workers {
+    fn new(threads: usize, to_draw: bool) -> Workers {
         let [geometry, images, pyramids] = [const { AtomicU64::new(0) }; 3];
-        Workers { threads: thread_count(threads), makes_pyramids, geometry, images, pyramids }
+        let made = to_draw.then(Mutex::default);
+        Workers { threads: thread_count(threads), made, geometry, images, pyramids }
     }
 
     fn run(&self, tasks: Vec<Task<'_>>) {
@@ -97,9 +100,9 @@ impl Workers {
             let start = Instant::now();
             let for_pyramids = Cell::new(Duration::ZERO);
             task.run_with(&|image: &mut Image| {
-                if self.makes_pyramids {
+                if let Some(made) = &self.made {
                     let start = Instant::now();
-                    derive(image);
+                    derive(image, made);
                     for_pyramids.set(start.elapsed());
                 }
             });
@@ -116,6 +119,23 @@ impl Workers {
     }
 }
 
+/// Moves the pixels of an image into a pyramid, which takes their place. Equal ones, of files of different bytes
+/// perhaps, are one.
+fn derive(image: &mut Image, made: &Mutex<Vec<Arc<Mips>>>) {
+    let Image { width, height, .. } = *image;
+    let rgba = std::mem::take(&mut image.rgba);
+    let pyramid = Arc::new(Mips::new(Image { width, height, rgba, ..Image::default() }));
+    let mut made = made.lock().unwrap_or_else(PoisonError::into_inner);
+    let pyramid = match made.iter().find(|known| **known == pyramid) {
+        Some(known) => Arc::clone(known),
+        None => {
+            made.push(Arc::clone(&pyramid));
+            pyramid
+        }
+    };
+    image.derived = Some(Derived::new(pyramid));
+}
+
 fn add(sum: &AtomicU64, took: Duration) {
     sum.fetch_add(took.as_nanos() as u64, Ordering::Relaxed);
 }
@@ -126,6 +146,7 @@ mod tests {
     use cullet_scene::write_glb;
 
     use super::*;
+    use crate::PrepareError;
     use crate::preparing::make;
 
     #[test]
@@ -172,5 +193,33 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn equal_pixels_become_one_pyramid() {
+        let made = Mutex::default();
+        let derived = |grey: u8, width, height| {
+            let rgba = vec![grey; 24];
+            let mut image = Image { width, height, rgba, ..Image::default() };
+            derive(&mut image, &made);
+            image.derived.unwrap()
+        };
+        let first = derived(7, 3, 2);
+        assert_eq!(first.address(), derived(7, 3, 2).address());
+        for other in [derived(8, 3, 2), derived(7, 2, 3)] {
+            assert_ne!(first.address(), other.address());
+        }
+        assert_eq!(made.lock().unwrap().len(), 3);
+    }
+
+    #[test]
+    fn pixels_that_cannot_be_found_are_an_error() {
+        let mut scene = synth("showpiece").unwrap();
+        scene.images.iter_mut().for_each(|image| image.derived = Some(Derived::new(Arc::new(7))));
+        assert!(crate::Prepared::new(scene.clone()).is_ok(), "the pixels are still there");
+        let image = &mut scene.images[scene.textures[0].image];
+        image.rgba.clear();
+        let error = PrepareError::NoPixels { scene: scene.name.clone(), image: image.name.clone() };
+        assert_eq!(crate::Prepared::new(scene).unwrap_err(), error);
     }
 }

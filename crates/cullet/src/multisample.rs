@@ -358,7 +358,10 @@ impl TileShader<'_> {
         } else {
             self.colors(wanted, colors);
         }
-        let Settings { background, encoding, simd, .. } = *self.scene.settings;
+        let Settings { background, encoding, simd, edge_shading, .. } = *self.scene.settings;
+        if edge_shading == EdgeShading::Centre {
+            clamp(&mut scratch.colors[..n_wanted]);
+        }
         let EdgeScratch { edges, shares, colors, means, codes, .. } = &mut scratch;
         let (edges, shares) = (&edges[..n_edges], &shares[..n_wanted]);
         blend(edges, shares, colors, background, means);
@@ -375,6 +378,14 @@ impl TileShader<'_> {
         }
         self.scratch.edges = scratch;
         n_whole + n_edges as u64
+    }
+}
+
+/// Brings colours into what 8 bits can hold, as OpenGL does before it averages: continued beyond its triangle, a
+/// colour may be anything, and one sample would outweigh the others.
+fn clamp(colors: &mut [Vec4]) {
+    for color in colors {
+        *color = Vec4::from_array(color.to_array().map(|channel| channel.clamp(0.0, 1.0)));
     }
 }
 
@@ -409,12 +420,12 @@ fn premultiplied(color: Vec4) -> Vec4 {
 
 #[cfg(test)]
 mod tests {
-    use cullet_scene::{Material, Mesh, Node, Object, synth};
+    use cullet_scene::{Material, Mesh, Node, Object, synth::synth};
     use cullet_transform::{Camera, Projection, View, Viewport};
     use glam::{DAffine3, DVec3, Vec2};
 
     use super::*;
-    use crate::{Antialias, Frame, Pass, Passes, Prepared, Renderer};
+    use crate::{Antialias, Frame, Pass, Passes, Prepared, Renderer, camera_of, frame_scene};
 
     #[test]
     fn triangles_of_a_pixel_are_shaded_around_its_middle() {
@@ -500,7 +511,7 @@ mod tests {
     /// A tilted plane of many triangles, all over the picture, with a texture.
     fn plane() -> (Prepared, View) {
         const SIDE: u32 = 24;
-        let mut scene = synth::synth("interior").unwrap();
+        let mut scene = synth("interior").unwrap();
         let textured =
             |m: &Material| m.base_color_texture.as_ref().is_some_and(|t| t.transform.is_none());
         let material = scene.materials.iter().position(textured).unwrap();
@@ -543,6 +554,27 @@ mod tests {
             assert_eq!(n_off(linear(antialias, EdgeShading::Centre)), 0, "{antialias:?}");
             let n_covered = n_off(linear(antialias, EdgeShading::Covered));
             assert!(n_covered > 10, "{antialias:?}: {n_covered}");
+        }
+    }
+
+    /// Slivers, whose colours at the centre of a pixel they touch may be anything.
+    #[test]
+    fn colours_from_beyond_a_triangle_stay_colours() {
+        for name in ["showpiece", "knots", "slivers:90"] {
+            let prepared = Prepared::new(synth(name).unwrap()).unwrap();
+            let viewport = Viewport::new(160, 90).unwrap();
+            let own = prepared.scene().cameras.first().and_then(|own| camera_of(own).ok());
+            let camera = own.unwrap_or_else(|| frame_scene(&prepared, viewport.aspect()));
+            let view = View::new(&camera, viewport);
+            for antialias in [Antialias::Msaa2, Antialias::Msaa4, Antialias::Msaa8] {
+                let passes = Passes::NONE.with(Pass::Linear);
+                let edge_shading = EdgeShading::Centre;
+                let settings = Settings { passes, antialias, edge_shading, ..Settings::default() };
+                let mut frame = Frame::default();
+                Renderer::default().render(&prepared, &view, &settings, &mut frame);
+                let range = |color: &Vec4| color.min_element() >= 0.0 && color.max_element() <= 1.0;
+                assert!(frame.linear.iter().all(range), "{name} {antialias:?}");
+            }
         }
     }
 

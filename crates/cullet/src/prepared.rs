@@ -7,7 +7,7 @@ use glam::Vec3;
 
 use crate::Item;
 use crate::clusters::Clusters;
-use crate::preparing::{Made, PrepareTimes, make};
+use crate::preparing::{Made, PrepareTimes, make, without_pixels};
 use crate::schedule::thread_count;
 
 /// Numbers of triangles, and two that mean something else, fit into 31 bits, so that no sum of two of them
@@ -24,6 +24,16 @@ pub enum PrepareError {
         scene: String,
         /// Triangles of all objects, instances counted each.
         n_triangles: u64,
+    },
+    /// Whoever loaded the scene has moved pixels into something of their own.
+    #[error(
+        "{scene}: the pixels of image `{image}` have moved into what is no texture pyramid; load it again"
+    )]
+    NoPixels {
+        /// Name of the scene.
+        scene: String,
+        /// Name of the image.
+        image: String,
     },
 }
 
@@ -56,6 +66,10 @@ impl Prepared {
             scene.objects.iter().map(|o| scene.meshes[o.mesh].triangles.len() as u64).sum();
         if n_triangles > u64::from(MAX_TRIANGLES) {
             return Err(PrepareError::TooManyTriangles { scene: scene.name, n_triangles });
+        }
+        if let Some(image) = without_pixels(&scene) {
+            let image = image.name.clone();
+            return Err(PrepareError::NoPixels { scene: scene.name, image });
         }
         let Made { textures, clusters, times } = make(&mut scene, thread_count(threads));
         let bounds: Vec<Aabb> = clusters.iter().map(Clusters::bounds).collect();

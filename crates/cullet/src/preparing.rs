@@ -102,24 +102,24 @@ fn timed(sum: &AtomicU64, work: impl FnOnce()) {
     sum.fetch_add(start.elapsed().as_nanos() as u64, Ordering::Relaxed);
 }
 
-/// Moves the pixels of an image into a pyramid, which takes their place.
-pub(crate) fn derive(image: &mut Image) {
-    let Image { width, height, .. } = *image;
-    let rgba = std::mem::take(&mut image.rgba);
-    let pixels = Image { width, height, rgba, ..Image::default() };
-    image.derived = Some(Arc::new(Mips::new(pixels)));
+/// That of an image of which one has been made, see [`load_to_draw`](crate::load_to_draw).
+fn pyramid_of(image: &Image) -> Option<Arc<Mips>> {
+    image.derived.as_ref()?.get()
 }
 
-/// That of an image of which one has been made.
-fn pyramid_of(image: &Image) -> Option<Arc<Mips>> {
-    Arc::clone(image.derived.as_ref()?).downcast().ok()
+/// An image that is shown, and whose pixels have gone where they cannot be found.
+pub(crate) fn without_pixels(scene: &Scene) -> Option<&Image> {
+    let mut images = scene.textures.iter().map(|texture| &scene.images[texture.image]);
+    images.find(|image| {
+        image.derived.is_some() && image.rgba.is_empty() && pyramid_of(image).is_none()
+    })
 }
 
 /// What images are equal by.
 #[derive(PartialEq, Eq, PartialOrd, Ord)]
 enum Key<'s> {
     Pixels(u32, u32, &'s [u8]),
-    /// The address of what took the place of the pixels; files of the same bytes have the same.
+    /// The address of what took the place of the pixels, which equal ones share.
     Derived(usize),
 }
 
@@ -131,7 +131,7 @@ fn first_equal<'s>(
 ) -> usize {
     let Image { width, height, rgba, derived, .. } = &scene.images[texture.image];
     let key = match derived {
-        Some(derived) => Key::Derived(Arc::as_ptr(derived).addr()),
+        Some(derived) => Key::Derived(derived.address()),
         None => Key::Pixels(*width, *height, rgba),
     };
     *known.entry(key).or_insert(texture.image)

@@ -177,8 +177,9 @@ pub enum EdgeShading {
     #[default]
     Covered,
     /// At the pixel's centre, as OpenGL, Vulkan and Direct3D have it unless told otherwise: for pictures to be
-    /// compared with theirs. It may lie outside of the triangle, whose colours are continued to there, or,
-    /// where single precision does not serve, taken from its edge.
+    /// compared with theirs. It may lie outside of the triangle, whose colours are continued to there (where
+    /// single precision does not serve, taken from its edge) and cut to `0..=1`, also in linear pictures, as those do
+    /// that write 8 bits. Masks are asked at every sample, as otherwise.
     Centre,
 }
 

@@ -48,7 +48,7 @@ pub fn read(args: &CullArgs) -> Result<Input, Failure> {
         (Some(source), _) => {
             let (scene, _) = source.load_to_draw(0, Images::BaseColors)?;
             warn(&scene.warnings);
-            let prepared = Prepared::new(scene).map_err(Failure::limit)?;
+            let prepared = Prepared::new(scene)?;
             let boxes: Vec<Aabb> = prepared.items().iter().map(|item| item.bounds).collect();
             let shots = shots(args, &boxes, Some(&prepared))?;
             Ok(Input { boxes, shots, prepared: Some(prepared) })

@@ -83,8 +83,8 @@ pub struct RenderArgs {
     #[arg(long, value_enum)]
     pub aa: Option<Antialiasing>,
     /// Where a triangle is shaded that only some of a pixel's samples see (msaa): in the middle of those, or
-    /// at the pixel's centre, which may lie outside of it. With `--texture trilinear-log` the latter draws what
-    /// OpenGL would, but for its rounding
+    /// at the pixel's centre, as OpenGL has it, which may lie outside of it (colours are cut to 0..1 then, also in .exr
+    /// and .f32). With `--texture trilinear-log`, for pictures to be compared with OpenGL's
     #[arg(long, value_enum, default_value = "covered")]
     pub edge_shading: EdgeShadingName,
     /// Pixels of a triangle, along a side, that share a colour; edges stay where they are. The ray caster
@@ -140,8 +140,8 @@ pub struct RenderArgs {
     /// time, never a pixel
     #[arg(long, value_enum, default_value = "on")]
     pub occlusion: Switch,
-    /// Pixels along a side of the tiles that a picture is drawn in, a multiple of 8; changes time,
-    /// never a pixel
+    /// Pixels along a side of the tiles that a picture is drawn in, a multiple of 8 up to 256; changes
+    /// time, never a pixel
     #[arg(long, value_name = "PX", default_value_t = 64, value_parser = tile_size)]
     #[arg(allow_negative_numbers = true)]
     pub tile_size: u32,
@@ -241,7 +241,8 @@ pub enum TextureFilter {
     Bilinear,
     /// Four texels in each of two levels, blended by the length of what a pixel covers
     Trilinear,
-    /// The same, blended by its logarithm, as OpenGL has it: blurs a little more
+    /// The same, blended by its logarithm, as OpenGL has it: blurs a little more. With --accumulate,
+    /// textures get no sharper
     TrilinearLog,
     /// Up to sixteen trilinear samples along the longer side of what a pixel covers
     Anisotropic,
