@@ -32,8 +32,8 @@ def line(row):
         return what + ": not there"
     if row["part"] == "frames":
         agree = " flip %.4f" % row["flip"] if "flip" in row else " depth off %.4f" % row["depth_off"] if "depth_off" in row else ""
-        return "%s: llvmpipe %.2f cullet %.2f ms, x%.2f, cpu x%.2f%s" % (
-            what, row["theirs"]["median"], row["ours"]["median"], ratio(row), cpu_ratio(row), agree)
+        return "%s: llvmpipe %.2f cullet %.2f ms, x%.2f, cpu %s%s" % (
+            what, row["theirs"]["median"], row["ours"]["median"], ratio(row), cpu_ratio([row]), agree)
     if row["part"] == "pictures":
         exact = ", ".join("%s: own %.4f, ours %.4f" % (levels, row[levels]["own"], row[levels]["ours"]) for levels in LEVELS)
         return "%s: flip %.4f, rows down %.4f; exact, %s" % (what, row["as_is"], row["down"], exact)
@@ -48,8 +48,11 @@ def ratio(row):
     return row["theirs"]["median"] / row["ours"]["median"]
 
 
-def cpu_ratio(row):
-    return row["theirs"]["cpu"] / row["ours"]["cpu"]
+def cpu_ratio(rows):
+    """The mean of one core; of several the clock of a process lags behind for threads that run elsewhere, and the least says nothing."""
+    if any(row["cores"] != 1 for row in rows):
+        return "-"
+    return "%.2f" % mean(row["theirs"]["cpu"] / row["ours"]["cpu"] for row in rows)
 
 
 def limit_ms(row):
@@ -109,7 +112,7 @@ def header(rows, frames, missing):
 def still(frames, counts):
     text = """## Still camera, 1920x1080
 
-Milliseconds per frame: median, in brackets the least CPU time. `ratio` = median of llvmpipe / median of Cullet, `cpu` = the
+Milliseconds per frame: median, in brackets on one core the least CPU time. `ratio` = median of llvmpipe / median of Cullet, `cpu` = the
 same of the least CPU times, which other work on the machine disturbs less. `limit`: what the parts of this frame (a layer of depth,
 triangles drawn and rejected, pixels shaded, as counted by Cullet) would take by themselves at the speeds that kernels alone
 have reached (%.1f ms, %.1f, %.1f and %.1f ns; taken to scale with cores); `of it` = median of Cullet / limit. Without multisampling only.
@@ -122,15 +125,16 @@ have reached (%.1f ms, %.1f, %.1f and %.1f ns; taken to scale with cores); `of i
         limit = limit_ms(r) if r["aa"] == "none" else None
         count = counts.get((r["scene"], r["aa"], r["mode"])) if r["cores"] == 1 else None
         agree = "%.4f" % (r["flip"] if "flip" in r else r["depth_off"]) if "agree" in r else "-"
-        body.append([r["scene"], r["mode"], r["aa"], r["cores"], cell(r["theirs"]), "LP %d, %s" % (r["lp"], r["submit"]), cell(r["ours"]),
-                     "**%.2f**" % ratio(r), "%.2f" % cpu_ratio(r), "%.2f" % limit if limit else "-",
+        body.append([r["scene"], r["mode"], r["aa"], r["cores"], cell(r, "theirs"), "LP %d, %s" % (r["lp"], r["submit"]), cell(r, "ours"),
+                     "**%.2f**" % ratio(r), cpu_ratio([r]), "%.2f" % limit if limit else "-",
                      "%.1f" % (r["ours"]["median"] / limit) if limit else "-", "%.1f" % (count / 1e6) if count else "-",
                      agree if r.get("agree") is not False else agree + " NO"])
     return text + table(head, body)
 
 
-def cell(s):
-    return "%.2f (%.2f)" % (s["median"], s["cpu"])
+def cell(row, whose):
+    times = row[whose]
+    return "%.2f (%.2f)" % (times["median"], times["cpu"]) if row["cores"] == 1 else "%.2f" % times["median"]
 
 
 def means(frames):
@@ -141,7 +145,7 @@ def means(frames):
                 rows = [r for r in frames if (r["mode"], r["aa"], r["cores"]) == (mode, aa, cores)]
                 if rows:
                     worst = min(rows, key=ratio)
-                    groups.append([mode, aa, cores, len(rows), "**%.2f**" % mean(map(ratio, rows)), "%.2f" % mean(map(cpu_ratio, rows)),
+                    groups.append([mode, aa, cores, len(rows), "**%.2f**" % mean(map(ratio, rows)), cpu_ratio(rows),
                                    "%.2f %s" % (ratio(worst), worst["scene"])])
     return "## Geometric means\n\n" + table(["mode", "aa", "cores", "scenes", "ratio", "cpu", "least ratio"], groups)
 
