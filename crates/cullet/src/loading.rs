@@ -165,9 +165,22 @@ mod tests {
                     .map(|(scene, _)| scene)
                     .map_err(|error| error.to_string())
             };
-            let one = format!("{:?}", load(1));
+            let plain = load(1);
+            let one = format!("{plain:?}");
             for threads in [2, 5, 0] {
                 assert!(format!("{:?}", load(threads)) == one, "{threads}");
+            }
+            let options = LoadOptions::default();
+            match (load_glb_bytes_to_draw(bytes.clone(), "t.glb", &options, 2), plain) {
+                (Ok((mut to_draw, _)), Ok(mut plain)) => {
+                    assert_eq!(to_draw.warnings, plain.warnings);
+                    let [to_draw, plain] = [make(&mut to_draw, 1), make(&mut plain, 1)];
+                    for (a, b) in to_draw.textures.iter().zip(&plain.textures) {
+                        assert!(a.mips == b.mips);
+                    }
+                }
+                (Err(error), Err(plain)) => assert_eq!(error.to_string(), plain),
+                _ => panic!("only one can be loaded"),
             }
         }
     }
