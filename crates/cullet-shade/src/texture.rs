@@ -86,16 +86,24 @@ impl Mips {
         };
         let sizes = sizes(width, height);
         let mut texels = vec![0; sizes.iter().map(Size::len).sum()];
-        let mut rest = &mut texels[..];
-        let mut larger: Option<(Size, &[u16])> = None;
-        for size in &sizes {
-            let (level, smaller) = rest.split_at_mut(size.len());
-            match larger {
-                None => decode_image(rgba.as_chunks().0, *size, level),
-                Some((source, texels)) => halve(source, texels, *size, level),
+        let pixels = rgba.as_chunks().0;
+        let (mut level, mut rest) = texels.split_at_mut(sizes[0].len());
+        let n_made = if sizes[0].is_even() {
+            let half = sizes[1];
+            decode_and_halve(pixels, [sizes[0], half], [level, &mut rest[..half.len()]]);
+            2
+        } else {
+            decode_image(pixels, sizes[0], level);
+            1
+        };
+        repeat_ends(sizes[0], level);
+        for i in 1..sizes.len() {
+            let (smaller, others) = rest.split_at_mut(sizes[i].len());
+            if i >= n_made {
+                halve(sizes[i - 1], level, sizes[i], smaller);
             }
-            repeat_ends(*size, level);
-            (rest, larger) = (smaller, Some((*size, &*level)));
+            repeat_ends(sizes[i], smaller);
+            (level, rest) = (smaller, others);
         }
         Mips { texels, sizes }
     }
@@ -152,6 +160,11 @@ impl Level<'_> {
 pub(crate) const STRIP: u32 = 32;
 
 impl Size {
+    /// Whether both sides are.
+    fn is_even(&self) -> bool {
+        self.width.is_multiple_of(2) && self.height.is_multiple_of(2)
+    }
+
     /// Texels from a row to the next.
     fn stride(&self) -> usize {
         self.width.min(STRIP) as usize + 1
@@ -227,11 +240,32 @@ fn decode_image(image: &[[u8; 4]], size: Size, level: &mut [u16]) {
         for (x, n) in size.strips() {
             let (part, others) = row.split_at(n as usize);
             row = others;
-            let out = &mut level[size.range(x, y, n)];
-            for (&[r, g, b, a], out) in part.iter().zip(out.as_chunks_mut().0) {
-                let (r, g, b) = (linear[r as usize], linear[g as usize], linear[b as usize]);
-                *out = [r, g, b, u16::from(a) * 257];
-            }
+            decode_row(linear, part, &mut level[size.range(x, y, n)]);
+        }
+    }
+}
+
+#[inline(always)]
+fn decode_row(linear: &[u16; 256], pixels: &[[u8; 4]], out: &mut [u16]) {
+    for (&[r, g, b, a], out) in pixels.iter().zip(out.as_chunks_mut().0) {
+        let (r, g, b) = (linear[r as usize], linear[g as usize], linear[b as usize]);
+        *out = [r, g, b, u16::from(a) * 257];
+    }
+}
+
+/// [`decode_image`] and [`halve`] at once, for even sides: texels are averaged while they are at hand.
+fn decode_and_halve(image: &[[u8; 4]], [size, half]: [Size; 2], [level, smaller]: [&mut [u16]; 2]) {
+    let linear = &*LINEAR;
+    for (y, two) in (0..).zip(image.chunks_exact(2 * size.width as usize)) {
+        let (upper, lower) = two.split_at(size.width as usize);
+        for (x, n) in size.strips() {
+            let part = x as usize..(x + n) as usize;
+            let [above, below] = [2 * y, 2 * y + 1].map(|y| size.range(x, y, n));
+            decode_row(linear, &upper[part.clone()], &mut level[above.clone()]);
+            decode_row(linear, &lower[part], &mut level[below.clone()]);
+            let rows = [&level[above], &level[below]];
+            let out = &mut smaller[half.range(x / 2, y, n / 2)];
+            dispatch!(SimdLevel::new(), simd => quarter_rows(simd, rows, out));
         }
     }
 }
@@ -251,8 +285,7 @@ fn repeat_ends(size: Size, level: &mut [u16]) {
 
 /// Averages the level `source` into the next.
 fn halve(source: Size, texels: &[u16], size: Size, level: &mut [u16]) {
-    let sides = [source.width, source.height];
-    if sides.iter().all(|side| side.is_multiple_of(2)) {
+    if source.is_even() {
         return dispatch!(SimdLevel::new(), simd => quarter_all(simd, source, texels, size, level));
     }
     let columns: Vec<Taps> = (0..size.width).map(|x| Taps::new(source.width, x)).collect();
@@ -278,20 +311,26 @@ fn quarter_all<S: Simd>(simd: S, source: Size, texels: &[u16], size: Size, level
         for y in 0..size.height {
             let upper = &texels[source.range(x, 2 * y, n)];
             let lower = &texels[source.range(x, 2 * y + 1, n)];
-            let (twos, rest) = level[size.range(x / 2, y, n / 2)].as_chunks_mut::<8>();
-            let fours = upper.as_chunks::<16>().0.iter().zip(lower.as_chunks::<16>().0);
-            for ((upper, lower), out) in fours.zip(twos) {
-                let first = quarter(simd, &upper[..8], &lower[..8]);
-                let second = quarter(simd, &upper[8..], &lower[8..]);
-                *out = first.narrow(second).into();
-            }
-            if let [r, g, b, a] = rest {
-                let last = 4 * (n as usize - 2);
-                let one = quarter(simd, &upper[last..last + 8], &lower[last..last + 8]);
-                let one: [u16; 8] = one.narrow(one).into();
-                [*r, *g, *b, *a] = [one[0], one[1], one[2], one[3]];
-            }
+            quarter_rows(simd, [upper, lower], &mut level[size.range(x / 2, y, n / 2)]);
         }
+    }
+}
+
+/// The averages of two by two texels in two rows of a strip.
+#[inline(always)]
+fn quarter_rows<S: Simd>(simd: S, [upper, lower]: [&[u16]; 2], out: &mut [u16]) {
+    let n = upper.len();
+    let (twos, rest) = out.as_chunks_mut::<8>();
+    let fours = upper.as_chunks::<16>().0.iter().zip(lower.as_chunks::<16>().0);
+    for ((upper, lower), out) in fours.zip(twos) {
+        let first = quarter(simd, &upper[..8], &lower[..8]);
+        let second = quarter(simd, &upper[8..], &lower[8..]);
+        *out = first.narrow(second).into();
+    }
+    if let [r, g, b, a] = rest {
+        let one = quarter(simd, &upper[n - 8..], &lower[n - 8..]);
+        let one: [u16; 8] = one.narrow(one).into();
+        [*r, *g, *b, *a] = [one[0], one[1], one[2], one[3]];
     }
 }
 
@@ -376,6 +415,23 @@ mod tests {
                     }
                 }
             }
+        }
+    }
+
+    #[test]
+    fn the_first_two_levels_at_once_are_one_after_the_other() {
+        for (width, height) in [(2, 2), (2, 8), (30, 2), (64, 6), (66, 34), (100, 10)] {
+            let image = noise(width, height, 9);
+            let sizes = super::sizes(width, height);
+            let mut level = vec![0; sizes[0].len()];
+            decode_image(image.rgba.as_chunks().0, sizes[0], &mut level);
+            let mut half = vec![0; sizes[1].len()];
+            halve(sizes[0], &level, sizes[1], &mut half);
+            repeat_ends(sizes[0], &mut level);
+            repeat_ends(sizes[1], &mut half);
+            let mips = Mips::new(image);
+            assert!(mips.level(0).texels == level, "{width}x{height}");
+            assert!(mips.level(1).texels == half, "{width}x{height}");
         }
     }
 
