@@ -108,6 +108,13 @@ impl Mips {
         Mips { texels, sizes }
     }
 
+    /// The texels of the levels of at most 16 by 16: the same for equal images, and for few others.
+    pub fn gist(&self) -> &[u16] {
+        let is_small = |size: &Size| size.width <= 16 && size.height <= 16;
+        let first = self.sizes.iter().position(is_small).expect("the last is 1x1");
+        &self.texels[self.sizes[first].first..]
+    }
+
     /// How many levels there are, at least 1.
     pub fn n_levels(&self) -> usize {
         self.sizes.len()

@@ -27,7 +27,7 @@ pub struct Args {
     #[arg(long, value_name = "SPEC", default_value = "auto")]
     pub camera: String,
     /// Size of the window in pixels
-    #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = size, allow_hyphen_values = true)]
+    #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = size)]
     pub size: (u32, u32),
     /// Replay a script instead of opening a window (see below); needs no display
     #[arg(long, value_name = "FILE")]

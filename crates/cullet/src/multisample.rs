@@ -358,9 +358,10 @@ impl TileShader<'_> {
         } else {
             self.colors(wanted, colors);
         }
-        let Settings { background, encoding, simd, edge_shading, .. } = *self.scene.settings;
+        let Settings { mut background, encoding, simd, edge_shading, .. } = *self.scene.settings;
         if edge_shading == EdgeShading::Centre {
-            clamp(&mut scratch.colors[..n_wanted]);
+            scratch.colors[..n_wanted].iter_mut().for_each(clamp);
+            clamp(&mut background);
         }
         let EdgeScratch { edges, shares, colors, means, codes, .. } = &mut scratch;
         let (edges, shares) = (&edges[..n_edges], &shares[..n_wanted]);
@@ -381,12 +382,10 @@ impl TileShader<'_> {
     }
 }
 
-/// Brings colours into what 8 bits can hold, as OpenGL does before it averages: continued beyond its triangle, a
-/// colour may be anything, and one sample would outweigh the others.
-fn clamp(colors: &mut [Vec4]) {
-    for color in colors {
-        *color = Vec4::from_array(color.to_array().map(|channel| channel.clamp(0.0, 1.0)));
-    }
+/// Brings a colour into what 8 bits can hold, as OpenGL does before it averages: continued beyond its triangle, it
+/// may be anything, and one sample would outweigh the others.
+fn clamp(color: &mut Vec4) {
+    *color = Vec4::from_array(color.to_array().map(|channel| channel.clamp(0.0, 1.0)));
 }
 
 /// The means of the colours of edges; samples that see nothing see the background.

@@ -129,10 +129,10 @@ fn first_equal<'s>(
     texture: &scene::Texture,
     known: &mut BTreeMap<Key<'s>, usize>,
 ) -> usize {
-    let Image { width, height, rgba, derived, .. } = &scene.images[texture.image];
-    let key = match derived {
-        Some(derived) => Key::Derived(derived.address()),
-        None => Key::Pixels(*width, *height, rgba),
+    let image = &scene.images[texture.image];
+    let key = match pyramid_of(image) {
+        Some(pyramid) => Key::Derived(Arc::as_ptr(&pyramid).addr()),
+        None => Key::Pixels(image.width, image.height, &image.rgba),
     };
     *known.entry(key).or_insert(texture.image)
 }

@@ -178,8 +178,9 @@ pub enum EdgeShading {
     Covered,
     /// At the pixel's centre, as OpenGL, Vulkan and Direct3D have it unless told otherwise: for pictures to be
     /// compared with theirs. It may lie outside of the triangle, whose colours are continued to there (where
-    /// single precision does not serve, taken from its edge) and cut to `0..=1`, also in linear pictures, as those do
-    /// that write 8 bits. Masks are asked at every sample, as otherwise.
+    /// single precision does not serve, taken from its edge). In pixels that several share, colours are cut to
+    /// `0..=1` before they are averaged, also in linear pictures, as those do that write 8 bits. Masks are asked at
+    /// every sample, as otherwise.
     Centre,
 }
 

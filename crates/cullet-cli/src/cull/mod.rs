@@ -67,7 +67,7 @@ pub struct CullArgs {
     path: Option<CameraPath>,
     /// Size of the picture, which decides how wide the view is; default: the camera file's, or
     /// 1280x720
-    #[arg(long, value_name = "WxH", value_parser = size, allow_hyphen_values = true)]
+    #[arg(long, value_name = "WxH", value_parser = size)]
     size: Option<(u32, u32)>,
     /// Timed rounds per camera, in which the tests take turns; one more comes first to warm up
     #[arg(long, value_name = "N", default_value_t = 5)]

@@ -30,11 +30,11 @@ pub struct RenderArgs {
     #[arg(long, value_name = "auto|INDEX|NAME|FILE.json", default_value = "auto")]
     pub camera: String,
     /// Size of the picture in pixels [default: that of the camera file, or else 1280x720]
-    #[arg(long, value_name = "WxH", value_parser = size, allow_hyphen_values = true)]
+    #[arg(long, value_name = "WxH", value_parser = size)]
     pub size: Option<(u32, u32)>,
     /// Draw only these pixels of the picture; the origin is at the top left. The depth pass as
     /// integers still takes the time of the whole picture, whose range its greys span
-    #[arg(long, value_name = "X,Y,W,H", value_parser = region, allow_hyphen_values = true)]
+    #[arg(long, value_name = "X,Y,W,H", value_parser = region)]
     pub region: Option<Region>,
     /// How surfaces answer to light
     #[arg(long, value_enum, default_value = "lambert")]
@@ -63,7 +63,7 @@ pub struct RenderArgs {
     #[arg(long, value_enum, default_value = "trilinear")]
     pub texture: TextureFilter,
     /// The numbers that texels are blended in: floats, or whole numbers of 16 bits (15 of colour) or 8 bits
-    /// of linear light. The few pixels that single precision does not serve, and other filters than bilinear and trilinear,
+    /// of linear light. The few pixels that single precision does not serve, and the nearest and the anisotropic filter,
     /// take floats
     #[arg(long, value_enum, default_value = "float")]
     pub texture_arithmetic: ArithmeticName,
@@ -83,8 +83,8 @@ pub struct RenderArgs {
     #[arg(long, value_enum)]
     pub aa: Option<Antialiasing>,
     /// Where a triangle is shaded that only some of a pixel's samples see (msaa): in the middle of those, or
-    /// at the pixel's centre, as OpenGL has it, which may lie outside of it (colours are cut to 0..1 then, also in .exr
-    /// and .f32). With `--texture trilinear-log`, for pictures to be compared with OpenGL's
+    /// at the pixel's centre, as OpenGL has it, which may lie outside of it (colours of such pixels are cut to 0..1 then,
+    /// also in .exr and .f32). With `--texture trilinear-log`, for pictures to be compared with OpenGL's
     #[arg(long, value_enum, default_value = "covered")]
     pub edge_shading: EdgeShadingName,
     /// Pixels of a triangle, along a side, that share a colour; edges stay where they are. The ray caster

@@ -78,7 +78,7 @@ pub struct TradeoffArgs {
     #[arg(allow_negative_numbers = true)]
     budget: f64,
     /// Size of the pictures in pixels
-    #[arg(long, value_name = "WxH", default_value = "480x270", value_parser = size, allow_hyphen_values = true)]
+    #[arg(long, value_name = "WxH", default_value = "480x270", value_parser = size)]
     size: (u32, u32),
     /// Camera of every scene: `auto`, an index, a name or a camera file [default: the first of the
     /// scene, or else auto]

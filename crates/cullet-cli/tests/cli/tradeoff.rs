@@ -256,12 +256,6 @@ fn presets_are_sets_of_options_and_explicit_options_beat_them() {
     assert_eq!(adaptive.1["resolution"], "adaptive");
     folder.fails(2, "--accumulate", "render synth:knots -o x.png --accumulate 0");
     folder.fails(2, "-1 is not in 1..=65536", "render synth:knots -o x.png --accumulate -1");
-    folder.fails(2, "give width x height", "render synth:knots -o x.png --size -1x4");
-    folder.fails(
-        2,
-        "give left, top, width, height",
-        "render synth:knots -o x.png --region -1,2,3,4",
-    );
     folder.fails(2, "pixels, 0 or more", "render synth:knots -o x.png --min-size -1");
 }
 
