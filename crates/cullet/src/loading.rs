@@ -8,7 +8,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use cullet_scene::{
-    Derived, Image, LoadError, LoadOptions, Scene, Task, TaskKind, load_glb_bytes_with, load_with,
+    Derived, Image, LoadError, LoadOptions, Run, Scene, Task, TaskKind, load_glb_bytes_with,
+    load_with,
 };
 use cullet_shade::Mips;
 
@@ -33,9 +34,7 @@ pub fn load(
     options: &LoadOptions,
     threads: usize,
 ) -> Result<(Scene, LoadTimes), LoadError> {
-    let workers = Workers::new(threads, false);
-    let scene = load_with(path, options, &|tasks| workers.run(tasks))?;
-    Ok((scene, workers.times()))
+    Workers::new(threads, false).load(|run| load_with(path, options, run))
 }
 
 /// [`load`] for a scene that is going to be [prepared](crate::Prepared): each image is made into a pyramid where it has
@@ -46,9 +45,7 @@ pub fn load_to_draw(
     options: &LoadOptions,
     threads: usize,
 ) -> Result<(Scene, LoadTimes), LoadError> {
-    let workers = Workers::new(threads, true);
-    let scene = load_with(path, options, &|tasks| workers.run(tasks))?;
-    Ok((scene, workers.times()))
+    Workers::new(threads, true).load(|run| load_with(path, options, run))
 }
 
 /// [`cullet_scene::load_glb_bytes`] on `threads` threads, 0 for one per core.
@@ -58,9 +55,7 @@ pub fn load_glb_bytes(
     options: &LoadOptions,
     threads: usize,
 ) -> Result<(Scene, LoadTimes), LoadError> {
-    let workers = Workers::new(threads, false);
-    let scene = load_glb_bytes_with(bytes, name, options, &|tasks| workers.run(tasks))?;
-    Ok((scene, workers.times()))
+    Workers::new(threads, false).load(|run| load_glb_bytes_with(bytes, name, options, run))
 }
 
 /// [`load_glb_bytes`] as [`load_to_draw`] has it.
@@ -70,9 +65,7 @@ pub fn load_glb_bytes_to_draw(
     options: &LoadOptions,
     threads: usize,
 ) -> Result<(Scene, LoadTimes), LoadError> {
-    let workers = Workers::new(threads, true);
-    let scene = load_glb_bytes_with(bytes, name, options, &|tasks| workers.run(tasks))?;
-    Ok((scene, workers.times()))
+    Workers::new(threads, true).load(|run| load_glb_bytes_with(bytes, name, options, run))
 }
 
 /// Pyramids by their gist: comparing each with all others would take long where there are many.
@@ -93,6 +86,14 @@ impl Workers {
         let [geometry, images, pyramids] = [const { AtomicU64::new(0) }; 3];
         let made = to_draw.then(Mutex::default);
         Workers { threads: thread_count(threads), made, geometry, images, pyramids }
+    }
+
+    fn load(
+        self,
+        load: impl FnOnce(Run<'_>) -> Result<Scene, LoadError>,
+    ) -> Result<(Scene, LoadTimes), LoadError> {
+        let scene = load(&|tasks| self.run(tasks))?;
+        Ok((scene, self.times()))
     }
 
     fn run(&self, tasks: Vec<Task<'_>>) {
@@ -222,15 +223,16 @@ mod tests {
             *rgba.last_mut().unwrap() = last;
             let mut image = Image { width, height, rgba, ..Image::default() };
             derive(&mut image, &made);
-            image.derived.unwrap().address()
+            image.derived.unwrap().get::<Mips>().unwrap()
         };
         let first = derived(7, 7, 3, 2);
-        assert_eq!(first, derived(7, 7, 3, 2));
+        assert!(Arc::ptr_eq(&first, &derived(7, 7, 3, 2)));
         for other in [derived(8, 7, 3, 2), derived(7, 7, 2, 3), derived(7, 8, 3, 2)] {
-            assert_ne!(first, other);
+            assert!(!Arc::ptr_eq(&first, &other));
         }
         // So little that the small levels do not show it.
-        assert_ne!(derived(7, 7, 512, 512), derived(7, 8, 512, 512));
+        let [one, other] = [7, 8].map(|last| derived(7, last, 512, 512));
+        assert!(one.gist() == other.gist() && !Arc::ptr_eq(&one, &other));
     }
 
     #[test]
